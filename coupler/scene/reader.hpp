@@ -1,0 +1,123 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace sluice {
+
+//! One mistake in a scene: where (1-based) and what.
+struct Problem
+{
+    int line = 1;
+    int column = 1;
+    std::string text;  //!< `path = seen (needed). What to try.`
+};
+
+//! Collects what a scene's readers found; shared by all readers of one document.
+struct Diagnostics
+{
+    std::string file;
+    std::vector<Problem> problems;
+    std::vector<std::string> overridden;  //!< paths given by --set: their mistakes have no place in the file
+    std::vector<std::pair<std::string, std::string>> effective;  //!< path, value: everything read, defaults filled in
+
+    //! Throws one Error (exit 2) listing every problem as `file:line:column: text`, by line; nothing if there is none.
+    void throw_if_any() const;
+};
+
+//! Bounds on a number; a message names the one that was broken.
+struct Bounds
+{
+    double above = -std::numeric_limits<double>::infinity();  //!< x > above
+    double min = -std::numeric_limits<double>::infinity();    //!< x >= min
+    double max = std::numeric_limits<double>::infinity();     //!< x <= max
+    double below = std::numeric_limits<double>::infinity();   //!< x < below
+    std::string_view unit = "";
+};
+
+//! Reads one mapping of a scene, key by key, and knows its own path ("participants.grains.config.contact").
+//! Every getter records a Problem instead of throwing and returns a harmless value, so that all mistakes are listed
+//! at once; `finish()` reports the keys that nobody asked for and, on the outermost reader, throws the list.
+class Reader
+{
+ public:
+    Reader(YAML::Node node, YAML::Node key, std::string path, std::shared_ptr<Diagnostics> diagnostics, bool outermost);
+
+    double number(std::string_view key, Bounds const& bounds = {});
+    double number_or(std::string_view key, double fallback, Bounds const& bounds = {});
+    std::optional<double> number_if(std::string_view key, Bounds const& bounds = {});
+    std::int64_t integer(std::string_view key, Bounds const& bounds = {});
+    std::int64_t integer_or(std::string_view key, std::int64_t fallback, Bounds const& bounds = {});
+    bool flag_or(std::string_view key, bool fallback);  //!< true or false
+    std::string text(std::string_view key);
+    std::string text_or(std::string_view key, std::string_view fallback);
+    //! One of `choices`, returned as its index. A wrong word gets the nearest choice.
+    std::size_t choice(std::string_view key, std::vector<std::string_view> const& choices);
+    std::size_t choice_or(std::string_view key, std::size_t fallback, std::vector<std::string_view> const& choices);
+    //! A list of `size` numbers, e.g. [0, -9.81].
+    std::vector<double> numbers(std::string_view key, std::size_t size, Bounds const& bounds = {});
+    std::vector<double> numbers_or(std::string_view key, std::vector<double> const& fallback,
+                                   Bounds const& bounds = {});
+
+    Reader child(std::string_view key);                                          //!< a mapping that must be there
+    std::optional<Reader> child_if(std::string_view key);                        //!< a mapping that may be there
+    std::vector<Reader> list(std::string_view key);                              //!< a list of mappings; absent: empty
+    std::vector<std::pair<std::string, Reader>> children(std::string_view key);  //!< name -> mapping, in file order
+
+    bool has(std::string_view key) const;
+    bool is_scalar(std::string_view key) const;  //!< present and a single word or number, not a mapping or list
+    bool is_list(std::string_view key) const;
+    std::string const& path() const { return path_; }
+    std::vector<std::string> keys() const;
+    std::optional<YAML::Node> subtree(std::string_view key);  //!< taken as it is, for somebody else to read
+
+    //! Records a mistake at `key` (or at this mapping if the key is absent): `path.key: text`.
+    void problem(std::string_view key, std::string const& text);
+    //! Unknown keys become problems, with the nearest known name. The outermost reader then throws if there is any.
+    void finish();
+
+ private:
+    std::optional<YAML::Node> find(std::string_view key);
+    YAML::Node key_node(std::string_view key) const;
+    std::string path_of(std::string_view key) const;
+    void record(YAML::Mark const& mark, std::string const& text);
+    void missing(std::string_view key, std::string_view needed);
+    std::optional<double> parse_number(std::string_view key, YAML::Node const& node, std::string const& path,
+                                       Bounds const& bounds);
+    std::optional<double> scalar_number(std::string_view key, Bounds const& bounds, bool must, bool whole);
+    std::optional<std::size_t> find_choice(std::string_view key, std::vector<std::string_view> const& choices,
+                                           bool must);
+    std::optional<std::vector<double>> find_numbers(std::string_view key, std::size_t size, Bounds const& bounds,
+                                                    bool must);
+    template <class T>
+    T note(std::string_view key, T value);
+
+    YAML::Node node_;  //!< the mapping
+    YAML::Node key_;   //!< the key that led here, for messages about the mapping as a whole
+    std::string path_;
+    std::shared_ptr<Diagnostics> diagnostics_;
+    bool outermost_;
+    std::set<std::string, std::less<>> asked_;
+};
+
+//! The candidate nearest to `word` by edit distance, if it is near enough to be a typo of it.
+std::optional<std::string> nearest(std::string_view word, std::vector<std::string> const& candidates);
+
+//! Parses a YAML text (at most 1 MB, 32 levels, 100 000 nodes, one document) and applies `path=value` overrides.
+//! Returns the outermost reader. Throws Error (exit 2) with file:line:column on a syntax error or a broken limit.
+Reader read_yaml(std::string const& text, std::string const& file, std::vector<std::string> const& overrides = {});
+Reader read_yaml_file(std::filesystem::path const& file, std::vector<std::string> const& overrides = {});
+
+}  // namespace sluice
