@@ -1,0 +1,73 @@
+#include "coupler/record/point_series.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+
+#include "coupler/base/error.hpp"
+#include "coupler/record/atomic_file.hpp"
+
+namespace sluice {
+namespace {
+
+PointColumn const& find_position(std::span<PointColumn const> columns, std::string const& series)
+{
+    auto const found = std::ranges::find(columns, std::string_view("position"), &PointColumn::name);
+    require(found != columns.end() && found->components >= 2, [&] {
+        return Error(
+            fmt::format("{}: the frame has no column \"position\" with 2 or 3 components (needed to place "
+                        "the points). Add it in the participant that writes this series.",
+                        series));
+    });
+    return *found;
+}
+
+//! One vertex per point: connectivity 0..N-1, offsets 1..N.
+std::string vertices(AppendedArrays& arrays, std::size_t count)
+{
+    std::vector<std::int64_t> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
+    std::string text = arrays.add("connectivity", "", 1, numbers);
+    std::iota(numbers.begin(), numbers.end(), std::int64_t{1});
+    text += arrays.add("offsets", "", 1, numbers);
+    return text;
+}
+
+std::string document(std::span<std::int64_t const> ids, std::span<PointColumn const> columns,
+                     PointColumn const& position, Precision precision)
+{
+    AppendedArrays arrays;
+    std::string point_data = arrays.add("id", "", 1, ids);
+    for (auto const& column : columns) {
+        assert(column.values.size() == ids.size() * static_cast<std::size_t>(column.components));
+        if (&column != &position)
+            point_data += arrays.add_padded(column.name, column.unit, column.components, column.values, precision);
+    }
+    std::string const points = arrays.add_padded("position", "m", position.components, position.values, precision);
+    return arrays.document(
+        "PolyData", fmt::format("<PolyData>\n<Piece NumberOfPoints=\"{0}\" NumberOfVerts=\"{0}\" NumberOfLines=\"0\" "
+                                "NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n<PointData>\n{1}</PointData>\n"
+                                "<Points>\n{2}</Points>\n<Verts>\n{3}</Verts>\n</Piece>\n</PolyData>\n",
+                                ids.size(), point_data, points, vertices(arrays, ids.size())));
+}
+
+}  // namespace
+
+PointSeries::PointSeries(std::filesystem::path directory, std::string name, Precision precision)
+    : directory_(std::move(directory)), name_(std::move(name)), precision_(precision)
+{
+    write_collection(collection(), entries_);
+}
+
+void PointSeries::append(double time, std::span<std::int64_t const> ids, std::span<PointColumn const> columns)
+{
+    PointColumn const& position = find_position(columns, name_);
+    std::string const file = fmt::format("{0}/{0}_{1:06}.vtp", name_, entries_.size());
+    write_atomically(directory_ / file, document(ids, columns, position, precision_));
+    entries_.push_back({.time = time, .part = 0, .file = file});
+    write_collection(collection(), entries_);
+}
+
+}  // namespace sluice

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "coupler/record/collection.hpp"
+#include "coupler/record/vtk_xml.hpp"
+
+namespace sluice {
+
+//! One quantity at N points.
+struct PointColumn
+{
+    std::string_view name;           //!< e.g. "velocity"
+    std::string_view unit;           //!< e.g. "m/s"; empty: not stated
+    int components = 1;              //!< 1, 2 or 3 numbers per point
+    std::span<double const> values;  //!< shape [N][components]
+};
+
+//! Points over time for ParaView: `<directory>/<name>/<name>_000012.vtp` per frame and `<directory>/<name>.pvd` over
+//! all. N may change from frame to frame and may be 0. 2D vectors get z = 0.
+class PointSeries
+{
+ public:
+    PointSeries(std::filesystem::path directory, std::string name, Precision precision = Precision::float64);
+
+    //! Adds one frame at `time` [s]. `ids` has N entries; one column must be "position" (2 or 3 components, metres),
+    //! the others become point data. Throws Error (Exit::io); the earlier frames stay readable.
+    void append(double time, std::span<std::int64_t const> ids, std::span<PointColumn const> columns);
+
+    std::size_t frames() const noexcept { return entries_.size(); }
+    std::filesystem::path collection() const { return directory_ / (name_ + ".pvd"); }
+
+ private:
+    std::filesystem::path directory_;
+    std::string name_;
+    Precision precision_;
+    std::vector<CollectionEntry> entries_;
+};
+
+}  // namespace sluice
