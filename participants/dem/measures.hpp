@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+
+#include "participants/dem/solver.hpp"
+
+namespace dem {
+
+//! What is looked at while a column collapses. Lengths in the solver's axes; the back wall is x = 0, the floor y = 0.
+struct Measures
+{
+    double front = 0.0;  //!< largest x + R in the main mass: the largest set of grains linked by gaps <= d_mean/10 [m]
+    double foremost = 0.0;         //!< largest x + R of any grain [m]
+    double height = 0.0;           //!< largest y + R of the main mass within 2 d_mean of the back wall [m]
+    double kinetic = 0.0;          //!< linear and rotational [J]
+    Vec2 centre_of_mass;           //!< [m]
+    std::size_t contacts = 0;      //!< touching pairs and touching walls
+    double coordination = 0.0;     //!< mean contacts (pairs and walls) of grains with at least two [-]
+    std::size_t rattlers = 0;      //!< grains with fewer than two contacts
+    double largest_overlap = 0.0;  //!< xi / (Ri + Rj); wall: xi / 2R [-]
+};
+Measures measure(Solver const& solver);
+
+//! Area of discs over area within a rectangle [-]: the packing fraction, by clipping each disc.
+double packing_fraction(Grains const& grains, Vec2 lower, Vec2 upper);
+
+//! Force of all grains on a wall, along its normal outwards (pressing it: > 0) and along its tangent [N].
+Vec2 wall_force(Solver const& solver, std::size_t wall);
+
+}  // namespace dem
