@@ -7,16 +7,17 @@
 namespace sluice {
 
 //! Exit codes of every executable, documented in the README.
-enum class Exit : int {
+enum class Exit : int
+{
     ok = 0,
-    config = 2,      //!< usage, or a scene with errors
-    peer_died = 3,   //!< another participant ended before the run did
-    timeout = 4,     //!< a peer is alive but silent, or never came
-    protocol = 5,    //!< versions, scenes or frames of two participants do not match
-    numerical = 6,   //!< a number that is not finite, a run that blew up
-    io = 7,          //!< disk full, file not readable, package missing
-    security = 8,    //!< refused for safety
-    internal = 70,   //!< a bug of ours
+    config = 2,     //!< usage, or a scene with errors
+    peer_died = 3,  //!< another participant ended before the run did
+    timeout = 4,    //!< a peer is alive but silent, or never came
+    protocol = 5,   //!< versions, scenes or frames of two participants do not match
+    numerical = 6,  //!< a number that is not finite, a run that blew up
+    io = 7,         //!< disk full, file not readable, package missing
+    security = 8,   //!< refused for safety
+    internal = 70,  //!< a bug of ours
     interrupted = 130,
 };
 
@@ -24,11 +25,11 @@ enum class Exit : int {
 //! Message grammar: `where: what was seen (what is needed). What to try.`
 class Error : public std::runtime_error
 {
-   public:
+ public:
     explicit Error(std::string const& message, Exit exit = Exit::config) : std::runtime_error(message), exit_(exit) {}
     Exit exit() const noexcept { return exit_; }
 
-   private:
+ private:
     Exit exit_;
 };
 

@@ -171,6 +171,12 @@ std::vector<std::string> Reader::keys() const
     return names;
 }
 
+Problem Reader::place(std::string_view key) const
+{
+    auto const mark = key_node(key).Mark();
+    return is_nowhere(mark) ? Problem{} : Problem{mark.line + 1, mark.column + 1, ""};
+}
+
 std::optional<YAML::Node> Reader::subtree(std::string_view key)
 {
     return find(key);
@@ -451,6 +457,12 @@ std::vector<std::pair<std::string, Reader>> Reader::children(std::string_view ke
 
 void Reader::finish()
 {
+    finish_collecting();
+    if (outermost_) diagnostics_->throw_if_any();
+}
+
+void Reader::finish_collecting()
+{
     for (auto const& name : keys()) {
         if (asked_.contains(name)) continue;
         std::vector<std::string> const known(asked_.begin(), asked_.end());
@@ -461,7 +473,6 @@ void Reader::finish()
         record(key_node(name).Mark(),
                path_of(name) + " is not a key (keys: " + list + ")." + (near ? " Did you mean " + *near + "?" : ""));
     }
-    if (outermost_) diagnostics_->throw_if_any();
 }
 
 }  // namespace sluice

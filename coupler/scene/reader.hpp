@@ -81,12 +81,15 @@ class Reader
     bool is_list(std::string_view key) const;
     std::string const& path() const { return path_; }
     std::vector<std::string> keys() const;
+    Problem place(std::string_view key) const;  //!< where the key stands, without a text
     std::optional<YAML::Node> subtree(std::string_view key);  //!< taken as it is, for somebody else to read
 
     //! Records a mistake at `key` (or at this mapping if the key is absent): `path.key: text`.
     void problem(std::string_view key, std::string const& text);
     //! Unknown keys become problems, with the nearest known name. The outermost reader then throws if there is any.
     void finish();
+    void finish_collecting();  //!< the same without the throw
+    std::shared_ptr<Diagnostics> const& diagnostics() const { return diagnostics_; }
 
  private:
     std::optional<YAML::Node> find(std::string_view key);

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace sluice {
+
+enum class Phase : std::int32_t
+{
+    absent = 0,
+    starting,
+    preparing,
+    connecting,
+    running,
+    done,
+    failed
+};
+
+//! A small file in the run's directory that a participant maps and keeps up to date at no cost, and that `sluice run`
+//! reads: progress, and after a failure who stopped where and why. Each participant writes its own page only.
+struct StatusPage
+{
+    std::atomic<std::int32_t> pid{0};
+    std::atomic<Phase> phase{Phase::absent};
+    std::atomic<std::int64_t> window{0};
+    std::atomic<std::int64_t> windows{0};
+    std::atomic<std::int64_t> compute_ns{0};
+    std::atomic<std::int64_t> wait_ns{0};
+    std::atomic<std::int64_t> exchange_ns{0};
+    std::atomic<double> time{0};               //!< simulated seconds
+    std::atomic<std::int32_t> exit{-1};        //!< exit code, once known
+    std::atomic<std::int32_t> consequence{0};  //!< 1: it stopped because another one did
+    char note[256] = {};                       //!< what it does now, e.g. "settling the packing"
+    char message[16384] = {};                  //!< why it failed
+};
+
+//! Maps the page of participant `name`; creates it (zeroed) if asked to, else the file must exist. Unmapped at exit.
+class MappedStatus
+{
+ public:
+    enum class Mode
+    {
+        create,
+        open
+    };
+    MappedStatus(std::filesystem::path const& file, Mode mode);
+    MappedStatus(MappedStatus&& other) noexcept : page_(std::exchange(other.page_, nullptr)) {}
+    MappedStatus& operator=(MappedStatus&&) = delete;
+    ~MappedStatus();
+
+    explicit operator bool() const { return page_ != nullptr; }
+    StatusPage* operator->() const { return page_; }
+    void note(std::string_view text);
+    void fail(std::string_view message, int exit, bool consequence);
+
+ private:
+    StatusPage* page_ = nullptr;
+};
+
+inline std::filesystem::path status_file(std::filesystem::path const& directory, std::string const& participant)
+{
+    return directory / ".sluice" / (participant + ".status");
+}
+
+}  // namespace sluice

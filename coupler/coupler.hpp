@@ -1,0 +1,201 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "coupler/base/error.hpp"
+#include "coupler/scene/scene.hpp"
+#include "coupler/transport/transport.hpp"
+
+//! The public face of Sluice: all that a solver needs to take part in a coupled run.
+//!
+//!     int solve(sluice::Participant& self)
+//!     {
+//!         auto config = read_config(self.config());           // throws every mistake at once
+//!         self.propose_window(config.step);
+//!         self.write<Load>("grains", initial);                 // every out-edge starts with a state
+//!         for (sluice::Window const& window : self.windows()) {
+//!             auto grains = self.read<Kinematics>("grains", window);
+//!             ... advance from window.begin to window.end, sampling grains.at(time) ...
+//!             self.write<Load>("grains", load);
+//!         }
+//!         return 0;
+//!     }
+//!     int main(int argc, char** argv) { return sluice::run(argc, argv, solve); }
+namespace sluice {
+
+struct Window
+{
+    std::int64_t index = 0;
+    double begin = 0;     //!< s
+    double end = 0;       //!< s
+    double length = 0;    //!< s
+    bool output = false;  //!< the state at its end is to be recorded
+};
+
+//! dem -> lbm: where the grains are and how they move. 2D: position and velocity have 2 numbers a point, interleaved.
+struct Kinematics
+{
+    static constexpr std::string_view name = "kinematics";
+    std::span<std::int64_t const> id;
+    std::span<double const> position;          //!< m
+    std::span<double const> velocity;          //!< m/s
+    std::span<double const> angular_velocity;  //!< rad/s, 1 number a point in 2D
+    std::span<double const> radius;            //!< m
+
+    std::vector<std::span<double const>> columns() const { return {position, velocity, angular_velocity, radius}; }
+    static Kinematics from(std::span<std::int64_t const> id, std::vector<std::span<double const>> const& c)
+    {
+        return {id, c[0], c[1], c[2], c[3]};
+    }
+};
+
+//! lbm -> dem: force and torque on each grain. In 2D per metre of thickness.
+struct Load
+{
+    static constexpr std::string_view name = "load";
+    std::span<std::int64_t const> id;
+    std::span<double const> force;   //!< N
+    std::span<double const> torque;  //!< N m
+
+    std::vector<std::span<double const>> columns() const { return {force, torque}; }
+    static Load from(std::span<std::int64_t const> id, std::vector<std::span<double const>> const& c)
+    {
+        return {id, c[0], c[1]};
+    }
+};
+
+//! What a coupling edge says inside one window. Valid until the next window.
+class Samples
+{
+ public:
+    struct Source;
+    Samples(Source& source, double begin, double length) : source_(&source), begin_(begin), length_(length) {}
+    std::span<std::int64_t const> ids() const;
+    //! All columns at a time of the window [s], by the edge's lag, prediction and sampling. Overwritten by the next
+    //! call.
+    std::vector<std::span<double const>> const& columns(double time);
+
+ private:
+    Source* source_;
+    double begin_, length_;
+};
+
+template <class Data>
+class Sampled
+{
+ public:
+    explicit Sampled(Samples samples) : samples_(samples) {}
+    std::span<std::int64_t const> ids() const { return samples_.ids(); }
+    Data at(double time) { return Data::from(samples_.ids(), samples_.columns(time)); }
+
+ private:
+    Samples samples_;
+};
+
+//! How a participant is started; what the command line says.
+struct JoinOptions
+{
+    std::filesystem::path scene;
+    std::string name;                      //!< which participant of the scene this is
+    std::filesystem::path directory;       //!< of the run: results, logs, status
+    std::vector<std::string> overrides;    //!< path=value
+    bool check = false;                    //!< read and check the configuration, then stop
+    std::unique_ptr<Transport> transport;  //!< for tests; empty: as the scene says
+};
+
+class Windows;
+
+class Participant
+{
+ public:
+    explicit Participant(JoinOptions options);
+    Participant(Participant&&) noexcept;
+    ~Participant();
+
+    Scene const& scene() const;
+    std::string const& name() const;
+    std::filesystem::path const& directory() const;
+    Reader config();        //!< this participant's own block; its finish() throws every mistake of the scene at once
+    bool checking() const;  //!< only the configuration is wanted: return after reading it
+
+    //! What this solver can send and take. An edge that says otherwise is a mistake of the scene.
+    void sends(std::vector<std::string> const& data);
+    void takes(std::vector<std::string> const& data);
+    //! For `window: auto`. Exact: the solver's own step, every window must have this length; else an upper bound.
+    void propose_window(double seconds, bool exact = false);
+
+    //! The state for every out-edge, before the first window and at the end of each. Copied.
+    void write(std::string_view to, std::string_view data, std::span<std::int64_t const> ids,
+               std::vector<std::span<double const>> const& columns);
+    Samples read(std::string_view from, std::string_view data, Window const& window);
+    template <class Data>
+    void write(std::string_view to, Data const& data)
+    {
+        write(to, Data::name, data.id, data.columns());
+    }
+    template <class Data>
+    Sampled<Data> read(std::string_view from, Window const& window)
+    {
+        return Sampled<Data>(read(from, Data::name, window));
+    }
+    //! The names at the other end of the edges that carry this data; empty when the scene has no such edge.
+    std::vector<std::string> receivers(std::string_view data) const;
+    std::vector<std::string> senders(std::string_view data) const;
+
+    //! Shakes hands with all participants, then hands out one window after the other, exchanging frames in between.
+    Windows windows();
+
+    //! For the report: a figure, a warning, work that was not done and why (share of the whole, 0 to 1).
+    void fact(std::string const& name, double value);
+    void fact(std::string const& name, std::string const& text);
+    void warn(std::string const& text);
+    void skipped(std::string const& what, std::string const& why, double share);
+    void note(std::string_view text);        //!< one line shown by `sluice run` while this participant prepares itself
+    void finish();                           //!< called by run(): the end-of-run handshake and the summary
+    void fail(Error const& error) noexcept;  //!< called by run(): tells the peers and the status page
+
+    struct Session;
+
+ private:
+    std::unique_ptr<Session> session_;
+};
+
+//! Range over the windows of a run, for one range-based for loop.
+class Windows
+{
+ public:
+    explicit Windows(Participant::Session& session) : session_(&session) {}
+    struct End
+    {};
+    class Iterator
+    {
+     public:
+        explicit Iterator(Participant::Session& session);
+        Window const& operator*() const { return window_; }
+        Iterator& operator++();
+        bool operator==(End) const { return done_; }
+
+     private:
+        Participant::Session* session_;
+        Window window_;
+        bool done_ = false;
+    };
+    Iterator begin() { return Iterator(*session_); }
+    End end() const { return {}; }
+
+ private:
+    Participant::Session* session_;
+};
+
+//! A whole `main`: command line, scene, solve, exit code. The only place that catches.
+int run(int argc, char** argv, std::function<void(Participant&)> const& solve);
+
+}  // namespace sluice

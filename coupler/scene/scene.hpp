@@ -1,0 +1,89 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "coupler/base/data.hpp"
+#include "coupler/scene/reader.hpp"
+
+namespace sluice {
+
+//! How a receiver sees an edge inside a window, at its own sub-step times.
+enum class Sampling
+{
+    hold,   //!< the value of the window's end, all through the window
+    linear  //!< a straight line from the window's begin to its end
+};
+
+//! Data that flows from one participant to another, once a window.
+struct Edge
+{
+    int from = 0;  //!< index into Scene::participants
+    int to = 0;
+    int data = 0;     //!< index into Scene::data
+    int lag = 0;      //!< 0: the receiver waits for this window's result; 1: it uses the last one's
+    int predict = 0;  //!< order of the extrapolation over the lag: 0, 1 or 2
+    Sampling sample = Sampling::linear;
+    Problem place;     //!< where its `data` stands in the scene
+    std::string path;  //!< "couplings[0].data"
+};
+
+struct ParticipantSpec
+{
+    std::string name;
+    std::string solver;                //!< an executable beside `sluice` or on PATH; empty if `command` is given
+    std::vector<std::string> command;  //!< program and arguments; the scene and `--as NAME` are appended
+};
+
+enum class TransportKind
+{
+    zmq,
+    mpi
+};
+
+//! A validated scene: everything but the solvers' own `config` blocks. SI units. Constant once loaded.
+struct Scene
+{
+    std::filesystem::path file;
+    std::string text;  //!< the file as read
+    std::string title;
+    int dimension = 2;
+    std::array<double, 3> gravity{};  //!< m/s2; the third is 0 in 2D
+    double end = 0;                   //!< s
+    std::optional<double> window;     //!< s; absent: the solvers' own choice ("auto")
+    std::vector<ParticipantSpec> participants;
+    std::vector<Edge> edges;
+    std::vector<DataSpec> data;  //!< the vocabulary and what the scene declares
+    TransportKind transport = TransportKind::zmq;
+    std::string address;          //!< tcp://127.0.0.1:PORT, or empty: ipc
+    double output_interval = 0;   //!< s; 0: only the first and the last state
+    double connect_timeout = 60;  //!< s
+    double silence_timeout = 10;  //!< s without a sign of life from a peer's process
+    std::string canonical;        //!< `path = value` lines of all of the above, compared at handshake
+    std::uint64_t hash = 0;       //!< XXH3 of `canonical`
+    std::vector<std::string> overrides;
+
+    int index_of(std::string_view participant) const;  //!< -1: none of that name
+};
+
+//! A scene with the readers of its solvers' blocks; mistakes are collected in `diagnostics` and not yet thrown.
+struct LoadedScene
+{
+    Scene scene;
+    std::shared_ptr<Diagnostics> diagnostics;
+    std::vector<Reader> configs;  //!< one per participant, outermost: `finish()` throws everything found so far
+};
+
+//! Reads and checks a scene. Throws only when the text is not YAML.
+LoadedScene load_scene(std::filesystem::path const& file, std::vector<std::string> const& overrides);
+
+//! The names along one circle of lag-0 edges, first name repeated at the end; empty if there is none.
+std::vector<std::string> lag0_circle(Scene const& scene);
+
+}  // namespace sluice

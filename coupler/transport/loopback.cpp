@@ -1,0 +1,75 @@
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+
+#include "coupler/transport/transport.hpp"
+
+namespace sluice {
+
+struct LoopbackHub::State
+{
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::vector<std::deque<Transport::Incoming>> inbox;  //!< per member
+    std::vector<char> left;                              //!< per member
+};
+
+namespace {
+
+class LoopbackTransport final : public Transport
+{
+ public:
+    LoopbackTransport(std::shared_ptr<LoopbackHub::State> state, int self) : state_(std::move(state)), self_(self) {}
+
+    ~LoopbackTransport() override
+    {
+        std::lock_guard const lock(state_->mutex);
+        state_->left[static_cast<std::size_t>(self_)] = 1;
+        state_->changed.notify_all();
+    }
+
+    bool try_send(int peer, std::span<std::byte const> bytes) override
+    {
+        std::lock_guard const lock(state_->mutex);
+        state_->inbox[static_cast<std::size_t>(peer)].push_back({self_, {bytes.begin(), bytes.end()}});
+        state_->changed.notify_all();
+        return true;
+    }
+
+    std::optional<Incoming> receive(std::chrono::milliseconds patience) override
+    {
+        std::unique_lock lock(state_->mutex);
+        auto& inbox = state_->inbox[static_cast<std::size_t>(self_)];
+        if (!state_->changed.wait_for(lock, patience, [&] { return !inbox.empty(); })) return std::nullopt;
+        auto message = std::move(inbox.front());
+        inbox.pop_front();
+        return message;
+    }
+
+    bool lost(int peer) const override
+    {
+        std::lock_guard const lock(state_->mutex);
+        return state_->left[static_cast<std::size_t>(peer)] != 0;
+    }
+
+ private:
+    std::shared_ptr<LoopbackHub::State> state_;
+    int self_;
+};
+
+}  // namespace
+
+LoopbackHub::LoopbackHub(int members) : state_(std::make_shared<State>())
+{
+    state_->inbox.resize(static_cast<std::size_t>(members));
+    state_->left.resize(static_cast<std::size_t>(members));
+}
+
+LoopbackHub::~LoopbackHub() = default;
+
+std::unique_ptr<Transport> LoopbackHub::connect(int self)
+{
+    return std::make_unique<LoopbackTransport>(state_, self);
+}
+
+}  // namespace sluice

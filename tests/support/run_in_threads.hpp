@@ -1,0 +1,78 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "coupler/coupler.hpp"
+
+//! Runs the participants of a scene in threads of this process, over the loopback transport.
+namespace in_threads {
+
+struct Outcome
+{
+    std::vector<std::string> errors;  //!< per participant; empty: it ended well
+};
+
+//! A directory that is removed with everything in it.
+class Scratch
+{
+   public:
+    Scratch()
+    {
+        char pattern[] = "/tmp/sluice-test-XXXXXX";
+        path_ = ::mkdtemp(pattern);
+    }
+    Scratch(Scratch const&) = delete;
+    Scratch& operator=(Scratch const&) = delete;
+    ~Scratch()
+    {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    std::filesystem::path const& path() const { return path_; }
+
+   private:
+    std::filesystem::path path_;
+};
+
+using Solve = std::function<void(sluice::Participant&)>;
+
+//! `participants`: name and solver, in the scene's order.
+inline Outcome run(std::string const& scene, std::vector<std::pair<std::string, Solve>> const& participants,
+                   std::filesystem::path const& directory, std::vector<std::string> const& overrides = {})
+{
+    auto const file = directory / "scene.yaml";
+    std::ofstream(file) << scene;
+    sluice::LoopbackHub hub(static_cast<int>(participants.size()));
+    Outcome outcome{std::vector<std::string>(participants.size())};
+    std::vector<std::thread> threads;
+    for (std::size_t p = 0; p < participants.size(); ++p)
+        threads.emplace_back([&, p] {
+            try {
+                sluice::Participant self({.scene = file,
+                                          .name = participants[p].first,
+                                          .directory = directory / "run",
+                                          .overrides = overrides,
+                                          .check = false,
+                                          .transport = hub.connect(static_cast<int>(p))});
+                try {
+                    participants[p].second(self);
+                    self.finish();
+                } catch (sluice::Error const& e) {
+                    self.fail(e);
+                    outcome.errors[p] = e.what();
+                }
+            } catch (sluice::Error const& e) {
+                outcome.errors[p] = e.what();
+            }
+        });
+    for (auto& t : threads) t.join();
+    return outcome;
+}
+
+}  // namespace in_threads

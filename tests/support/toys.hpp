@@ -1,0 +1,90 @@
+#pragma once
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "coupler/coupler.hpp"
+
+//! Solvers of a few lines, for tests of the coupling: each speaks to one partner about one number.
+namespace toys {
+
+inline constexpr std::int64_t one_point[] = {1};
+
+//! Keys that make a toy misbehave in a given window, for tests of what then happens.
+struct Fault
+{
+    std::int64_t window = -1;
+    std::size_t kind = 0;  //!< index into `kinds`
+    double nap = 0;        //!< s slept in every window
+    static constexpr const char* kinds[] = {"none", "crash", "exit", "throw", "nan", "hang"};
+
+    static Fault read(sluice::Reader& r)
+    {
+        Fault f;
+        f.kind = r.choice_or("fault", 0, {std::begin(kinds), std::end(kinds)});
+        f.window = r.integer_or("fault_window", -1);
+        f.nap = r.number_or("nap", 0.0, {.min = 0.0, .unit = "s"});
+        return f;
+    }
+
+    //! Called in each window; may not return. Returns what is added to the value that is sent.
+    double strike(std::int64_t now) const
+    {
+        if (nap > 0) std::this_thread::sleep_for(std::chrono::duration<double>(nap));
+        if (now != window) return 0.0;
+        if (kind == 1) std::abort();
+        if (kind == 2) std::exit(9);
+        if (kind == 3) throw sluice::Error("toy: thrown on purpose.", sluice::Exit::numerical);
+        if (kind == 4) return std::nan("");
+        if (kind == 5) std::this_thread::sleep_for(std::chrono::hours(1));
+        return 0.0;
+    }
+};
+
+//! Told the state at the start and at the end of every window: time [s] and the toy's own value.
+using Watcher = std::function<void(double time, double value)>;
+
+//! One mass of the two-mass oscillator (C09b), sub-cycled with velocity Verlet; tells its partner its place [m].
+//! m x'' = -wall_spring x - middle_spring (x - x_partner)
+inline void oscillator(sluice::Participant& self, Watcher const& watch = {})
+{
+    auto r = self.config();
+    double const mass = r.number("mass", {.above = 0.0, .unit = "kg"});
+    double const wall = r.number("wall_spring", {.min = 0.0, .unit = "N/m"});
+    double const middle = r.number("middle_spring", {.min = 0.0, .unit = "N/m"});
+    double x = r.number("place", {.unit = "m"}), v = 0;
+    auto const steps = r.integer_or("steps", 1, {.min = 1});
+    Fault const fault = Fault::read(r);
+    self.sends({"place"});
+    self.takes({"place"});
+    r.finish();
+    if (self.checking()) return;
+    auto const partner = self.senders("place").at(0);
+    auto tell = [&](double extra) {
+        double const value = x + extra;
+        self.write(partner, "place", one_point, {std::span(&value, 1)});
+    };
+    tell(0.0);
+    if (watch) watch(0.0, x);
+    for (sluice::Window const& window : self.windows()) {
+        auto other = self.read(partner, "place", window);
+        double const h = window.length / static_cast<double>(steps);
+        auto force = [&](double t) { return -wall * x - middle * (x - other.columns(t)[0][0]); };
+        for (std::int64_t k = 0; k < steps; ++k) {
+            double const t = window.begin + h * static_cast<double>(k);
+            v += h / 2 * force(t) / mass;
+            x += h * v;
+            v += h / 2 * force(t + h) / mass;
+        }
+        tell(fault.strike(window.index));
+        if (watch) watch(window.end, x);
+    }
+}
+
+}  // namespace toys
