@@ -49,7 +49,11 @@ class MappedStatus
     };
     MappedStatus(std::filesystem::path const& file, Mode mode);
     MappedStatus(MappedStatus&& other) noexcept : page_(std::exchange(other.page_, nullptr)) {}
-    MappedStatus& operator=(MappedStatus&&) = delete;
+    MappedStatus& operator=(MappedStatus&& other) noexcept
+    {
+        std::swap(page_, other.page_);
+        return *this;
+    }
     ~MappedStatus();
 
     explicit operator bool() const { return page_ != nullptr; }

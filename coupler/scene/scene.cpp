@@ -80,12 +80,13 @@ void read_participants(Reader& root, LoadedScene& loaded)
 {
     Scene& scene = loaded.scene;
     for (auto& [name, reader] : root.children("participants")) {
-        ParticipantSpec spec{name, {}, {}};
+        ParticipantSpec spec{name, {}, {}, {}};
         if (!is_identifier(name)) reader.problem("", "not a name (letters, digits, _ and -; at most 64).");
         read_command(reader, spec);
         if (spec.command.empty()) spec.solver = reader.text("solver");
         if (!spec.solver.empty() && !is_identifier(spec.solver))
             reader.problem("solver", "not the name of an executable (letters, digits, _ and -).");
+        spec.place = reader.place(spec.command.empty() ? "solver" : "command");
         auto const config = reader.subtree("config");
         bool const map = config && config->IsMap();
         if (config && !map) reader.problem("config", "must be a mapping of keys.");
@@ -118,11 +119,13 @@ void read_edge(Reader& reader, Scene& scene)
     std::vector<std::string_view> names;
     for (auto const& d : scene.data) names.push_back(d.name);
     edge.data = static_cast<int>(reader.choice("data", names));
+    auto const mistakes = reader.diagnostics()->problems.size();
     edge.lag = static_cast<int>(reader.integer_or("lag", 0, {.min = 0, .max = 1}));
+    bool const lag_known = reader.diagnostics()->problems.size() == mistakes;
     bool const predicts = reader.has("predict");
     edge.predict = static_cast<int>(reader.choice_or("predict", 0, {"none", "linear", "quadratic"}));
     edge.sample = static_cast<Sampling>(reader.choice_or("sample", 1, {"hold", "linear"}));
-    if (predicts && edge.predict > 0 && edge.lag == 0)
+    if (predicts && edge.predict > 0 && edge.lag == 0 && lag_known)
         reader.problem("predict", "without a lag there is nothing to predict (needs lag: 1).");
     if (edge.from >= 0 && edge.from == edge.to) reader.problem("to", "the same participant as \"from\".");
     reader.finish();

@@ -39,6 +39,7 @@ struct ParticipantSpec
     std::string name;
     std::string solver;                //!< an executable beside `sluice` or on PATH; empty if `command` is given
     std::vector<std::string> command;  //!< program and arguments; the scene and `--as NAME` are appended
+    Problem place;                     //!< where its solver or command stands in the scene
 };
 
 enum class TransportKind

@@ -21,7 +21,7 @@ struct Outcome
 //! A directory that is removed with everything in it.
 class Scratch
 {
-   public:
+ public:
     Scratch()
     {
         char pattern[] = "/tmp/sluice-test-XXXXXX";
@@ -36,7 +36,7 @@ class Scratch
     }
     std::filesystem::path const& path() const { return path_; }
 
-   private:
+ private:
     std::filesystem::path path_;
 };
 

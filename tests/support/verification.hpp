@@ -13,13 +13,10 @@ namespace verification {
 //! Seconds since construction, to state an error beside its run time.
 class Stopwatch
 {
-   public:
-    double seconds() const
-    {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    }
+ public:
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
-   private:
+ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 

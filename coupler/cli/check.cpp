@@ -1,0 +1,132 @@
+#include "coupler/cli/check.hpp"
+
+#include <algorithm>
+#include <regex>
+#include <sstream>
+
+#include "coupler/base/error.hpp"
+#include "coupler/cli/process.hpp"
+#include "coupler/record/atomic_file.hpp"
+
+namespace sluice {
+namespace {
+
+//! Executables beside this one, as candidates for a misspelt solver.
+std::vector<std::string> solvers_here()
+{
+    std::vector<std::string> names;
+    for (auto const& entry : std::filesystem::directory_iterator(own_directory())) {
+        auto const name = entry.path().filename().string();
+        if (name != "sluice" && !find_executable(entry.path().string()).empty()) names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+void require_executables(LoadedScene& loaded)
+{
+    auto const here = solvers_here();
+    std::string list;
+    for (auto const& name : here) list += (list.empty() ? "" : ", ") + name;
+    for (auto const& spec : loaded.scene.participants) {
+        auto const& name = spec.solver.empty() ? spec.command.at(0) : spec.solver;
+        if (name.empty() || !find_executable(name).empty()) continue;
+        auto problem = spec.place;
+        auto const near = nearest(name, here);
+        problem.text = "participants." + spec.name + (spec.solver.empty() ? ".command" : ".solver") + " = " + name +
+                       ": no such executable (solvers here: " + list + "; others are looked for on PATH)." +
+                       (near ? " Did you mean " + *near + "?" : "");
+        loaded.diagnostics->problems.push_back(problem);
+    }
+}
+
+//! `file:line:column: text` lines of a participant become problems; anything else is given back.
+std::string take_problems(std::string const& output, Diagnostics& diagnostics)
+{
+    std::regex const line_of_problem("^(.*?):(\\d+):(\\d+): (.*)$"), override_problem("^(.*?): --set: (.*)$");
+    std::istringstream lines(output);
+    std::string rest;
+    for (std::string line; std::getline(lines, line);) {
+        std::smatch m;
+        Problem problem;
+        if (std::regex_match(line, m, line_of_problem) && m[1] == diagnostics.file)
+            problem = {std::stoi(m[2]), std::stoi(m[3]), m[4]};
+        else if (std::regex_match(line, m, override_problem) && m[1] == diagnostics.file)
+            problem = {1, 1, m[2]};
+        else {
+            rest += line + "\n";
+            continue;
+        }
+        bool const known = std::any_of(diagnostics.problems.begin(), diagnostics.problems.end(), [&](Problem const& p) {
+            return p.line == problem.line && p.column == problem.column && p.text == problem.text;
+        });
+        if (!known) diagnostics.problems.push_back(problem);
+    }
+    return rest;
+}
+
+//! A file for each participant's answer, gone with the object.
+class Answers
+{
+ public:
+    Answers()
+    {
+        char pattern[] = "/tmp/sluice-check-XXXXXX";
+        require(::mkdtemp(pattern) != nullptr, [] { return Error("/tmp: no directory can be made there.", Exit::io); });
+        directory_ = pattern;
+    }
+    Answers(Answers const&) = delete;
+    Answers& operator=(Answers const&) = delete;
+    ~Answers()
+    {
+        std::error_code ignored;
+        std::filesystem::remove_all(directory_, ignored);
+    }
+    std::filesystem::path const& directory() const { return directory_; }
+
+ private:
+    std::filesystem::path directory_;
+};
+
+}  // namespace
+
+std::vector<std::string> program_of(ParticipantSpec const& spec)
+{
+    auto words = spec.command.empty() ? std::vector{spec.solver} : spec.command;
+    auto const found = find_executable(words[0]);
+    if (!found.empty()) words[0] = found.string();
+    return words;
+}
+
+CheckedScene check_scene(SceneChoice const& choice)
+{
+    CheckedScene checked{load_scene(choice.scene, choice.overrides), {}};
+    Scene const& scene = checked.loaded.scene;
+    require_executables(checked.loaded);
+    Answers const answers;
+    std::vector<std::pair<std::string, Process>> running;
+    for (auto const& spec : scene.participants) {
+        auto argv = program_of(spec);
+        if (argv[0].empty() || find_executable(argv[0]).empty()) continue;
+        for (std::string const& word : {scene.file.string(), std::string("--as"), spec.name, std::string("--out"),
+                                        (answers.directory() / "run").string(), std::string("--check")})
+            argv.push_back(word);
+        for (auto const& change : choice.overrides) argv.insert(argv.end(), {"--set", change});
+        running.emplace_back(spec.name, Process(argv, answers.directory() / spec.name));
+    }
+    std::string broken;
+    for (auto& [name, process] : running) {
+        auto const ending = process.wait();
+        auto const rest = take_problems(read_file(answers.directory() / name), *checked.loaded.diagnostics);
+        if (ending.well())
+            checked.remarks.push_back(rest);
+        else if (ending.code != static_cast<int>(Exit::config) || !rest.empty())
+            broken += "participant \"" + name + "\" cannot check its configuration (exit " +
+                      std::to_string(ending.code) + ", signal " + std::to_string(ending.signal) + "): " + rest;
+    }
+    checked.loaded.diagnostics->throw_if_any();
+    require(broken.empty(), [&] { return Error(broken); });
+    return checked;
+}
+
+}  // namespace sluice

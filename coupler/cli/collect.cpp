@@ -1,0 +1,128 @@
+#include "coupler/cli/collect.hpp"
+
+#include <fmt/format.h>
+
+#include "coupler/base/error.hpp"
+#include "coupler/record/archive.hpp"
+#include "coupler/record/atomic_file.hpp"
+#include "coupler/record/collection.hpp"
+#include "coupler/record/table.hpp"
+#include "coupler/record/trace.hpp"
+
+namespace sluice {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using std::filesystem::path;
+
+Json summarise(Scene const& scene, path const& directory, RunEnding const& ending)
+{
+    Json participants = Json::array();
+    std::int64_t windows = 0;
+    double window_seconds = 0;
+    for (auto const& spec : scene.participants) {
+        auto const file = directory / ".sluice" / (spec.name + ".json");
+        if (!std::filesystem::exists(file)) {
+            participants.push_back({{"name", spec.name}, {"solver", spec.solver}, {"exit", nullptr}});
+            continue;
+        }
+        auto const part = Json::parse(read_file(file), nullptr, false);
+        if (!part.is_object()) continue;
+        windows = std::max(windows, part.value("windows", std::int64_t{0}));
+        window_seconds = part.value("window_seconds", window_seconds);
+        participants.push_back(part);
+    }
+    return {{"title", scene.title},
+            {"scene", scene.file.filename().string()},
+            {"dimension", scene.dimension},
+            {"gravity", std::vector<double>(scene.gravity.begin(), scene.gravity.begin() + scene.dimension)},
+            {"windows", windows},
+            {"window_seconds", window_seconds},
+            {"end_time", scene.end},
+            {"wall_seconds", ending.wall_seconds},
+            {"exit", ending.exit},
+            {"message", ending.message},
+            {"version", SLUICE_VERSION},
+            {"scene_hash", fmt::format("{:016x}", scene.hash)},
+            {"transport", scene.participants.size() < 2           ? "none"
+                          : scene.transport == TransportKind::mpi ? "mpi"
+                                                                  : "zmq"},
+            {"participants", participants}};
+}
+
+//! The files of all participants that exist, by ending: "grains.csv", ...
+std::vector<std::pair<std::string, path>> parts(Scene const& scene, path const& directory, char const* ending)
+{
+    std::vector<std::pair<std::string, path>> found;
+    for (auto const& spec : scene.participants)
+        if (auto const file = directory / (spec.name + ending); std::filesystem::exists(file))
+            found.emplace_back(spec.name, file);
+    return found;
+}
+
+std::vector<path> paths_of(std::vector<std::pair<std::string, path>> const& named)
+{
+    std::vector<path> paths;
+    for (auto const& [name, file] : named) paths.push_back(file);
+    return paths;
+}
+
+}  // namespace
+
+Json collect(Scene const& scene, path const& directory, RunEnding const& ending)
+{
+    auto const summary = summarise(scene, directory, ending);
+    write_atomically(directory / "summary.json", summary.dump(1) + "\n");
+    std::vector<TablePart> tables;
+    for (auto const& [name, file] : parts(scene, directory, ".csv"))
+        if (name != "series") tables.push_back({name, file});
+    if (!tables.empty()) merge_tables(tables, directory / "series.csv");
+    if (auto const series = paths_of(parts(scene, directory, ".pvd")); !series.empty())
+        merge_collections(series, directory / (scene.file.stem().string() + ".pvd"));
+    std::vector<ArchiveLink> links;
+    for (auto const& [name, file] : parts(scene, directory, ".h5")) links.push_back({name, file.filename()});
+    if (!links.empty()) link_archives(directory / "archive.h5", links);
+    std::vector<path> traces;
+    for (auto const& spec : scene.participants)
+        if (auto const file = directory / ".sluice" / (spec.name + ".trace.json"); std::filesystem::exists(file))
+            traces.push_back(file);
+    if (!traces.empty()) merge_traces(traces, directory / "trace.json");
+    return summary;
+}
+
+std::string time_table(Json const& summary)
+{
+    double const wall = summary.value("wall_seconds", 0.0);
+    std::string text = fmt::format("{:<16} {:<8} {:>10} {:>20} {:>20} {:>20}\n", "participant", "solver", "wall s",
+                                   "compute s", "wait s", "exchange s");
+    for (auto const& p : summary.at("participants")) {
+        double const own = p.value("wall_seconds", 0.0);
+        auto cell = [&](char const* key) {
+            double const s = p.value(key, 0.0);
+            return fmt::format("{:.2f} ({:4.1f} %)", s, own > 0 ? 100 * s / own : 0.0);
+        };
+        text += fmt::format("{:<16} {:<8} {:>10.2f} {:>20} {:>20} {:>20}\n", p.value("name", ""),
+                            path(p.value("solver", "")).filename().string(), own, cell("compute_seconds"),
+                            cell("wait_seconds"), cell("exchange_seconds"));
+    }
+    return text + fmt::format("{} windows of {:.6g} s in {:.1f} s\n", summary.value("windows", std::int64_t{0}),
+                              summary.value("window_seconds", 0.0), wall);
+}
+
+bool make_report(std::vector<path> const& runs, path const& page, std::string& why_not)
+{
+    auto const script = own_directory() / "../share/sluice/report/report.py";
+    std::vector<std::string> argv{"/usr/bin/python3", script.string()};
+    for (auto const& run : runs) argv.push_back(run.string());
+    argv.insert(argv.end(), {"--out", page.string()});
+    auto const log = page.string() + ".log";
+    Process process(argv, log);
+    bool const well = process.wait().well();
+    if (!well)
+        why_not = "no report: " + last_lines(log, 3) +
+                  "\n  (needed: the packages python3-numpy, python3-h5py and python3-matplotlib).";
+    std::filesystem::remove(log);
+    return well;
+}
+
+}  // namespace sluice

@@ -1,0 +1,136 @@
+#include "coupler/cli/process.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <deque>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "coupler/base/error.hpp"
+
+namespace sluice {
+namespace {
+
+//! Runs in the child between fork and exec: async-signal-safe calls only. Reports errno through the pipe.
+[[noreturn]] void become(char* const* argv, char const* log, pid_t parent, int report)
+{
+    ::setpgid(0, 0);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(127);  // the parent ended before the line above
+    int const file = ::open(log, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    int const null = ::open("/dev/null", O_RDONLY);
+    if (file >= 0 && null >= 0) {
+        ::dup2(null, 0);
+        ::dup2(file, 1);
+        ::dup2(file, 2);
+        ::execvp(argv[0], argv);
+    }
+    int const error = errno;
+    if (::write(report, &error, sizeof error) < 0) ::_exit(126);
+    ::_exit(127);
+}
+
+}  // namespace
+
+Process::Process(std::vector<std::string> const& words, std::filesystem::path const& log,
+                 std::vector<std::pair<std::string, std::string>> const& environment)
+{
+    for (auto const& [name, value] : environment) ::setenv(name.c_str(), value.c_str(), 1);
+    std::vector<std::string> copy = words;
+    std::vector<char*> argv;
+    for (auto& word : copy) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    int report[2];
+    require(::pipe2(report, O_CLOEXEC) == 0, [] { return Error(std::strerror(errno), Exit::io); });
+    pid_t const parent = ::getpid();
+    pid_ = ::fork();
+    if (pid_ == 0) become(argv.data(), log.c_str(), parent, report[1]);
+    ::close(report[1]);
+    int error = pid_ < 0 ? errno : 0;
+    if (pid_ > 0 && ::read(report[0], &error, sizeof error) == sizeof error) ::waitpid(pid_, nullptr, 0);
+    ::close(report[0]);
+    require(error == 0, [&] {
+        pid_ = -1;
+        return Error(words[0] + ": cannot be started: " + std::strerror(error) + ".", Exit::io);
+    });
+}
+
+Process::Process(Process&& other) noexcept
+    : pid_(std::exchange(other.pid_, -1)), ending_(std::exchange(other.ending_, std::nullopt))
+{}
+
+Process::~Process()
+{
+    if (pid_ < 0 || ending_) return;
+    signal(SIGKILL);
+    wait();
+}
+
+std::optional<Ending> Process::poll()
+{
+    if (ending_ || pid_ < 0) return ending_;
+    int status = 0;
+    if (::waitpid(pid_, &status, WNOHANG) == pid_)
+        ending_ = WIFSIGNALED(status) ? Ending{0, WTERMSIG(status)} : Ending{WEXITSTATUS(status), 0};
+    return ending_;
+}
+
+Ending Process::wait()
+{
+    while (!ending_) {
+        int status = 0;
+        if (::waitpid(pid_, &status, 0) == pid_)
+            ending_ = WIFSIGNALED(status) ? Ending{0, WTERMSIG(status)} : Ending{WEXITSTATUS(status), 0};
+        else if (errno != EINTR)
+            ending_ = Ending{127, 0};
+    }
+    return *ending_;
+}
+
+void Process::signal(int number) const
+{
+    if (pid_ > 0 && !ending_) ::kill(-pid_, number);
+}
+
+std::filesystem::path own_directory()
+{
+    return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+std::filesystem::path find_executable(std::string const& name)
+{
+    auto usable = [](std::filesystem::path const& p) {
+        return std::filesystem::is_regular_file(p) && ::access(p.c_str(), X_OK) == 0;
+    };
+    if (name.find('/') != std::string::npos) return usable(name) ? name : "";
+    if (auto const beside = own_directory() / name; usable(beside)) return beside;
+    char const* const path = std::getenv("PATH");
+    std::stringstream folders(path ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');)
+        if (auto const candidate = std::filesystem::path(folder) / name; usable(candidate)) return candidate;
+    return {};
+}
+
+std::string last_lines(std::filesystem::path const& file, std::size_t count)
+{
+    std::ifstream in(file);
+    std::deque<std::string> lines;
+    for (std::string line; std::getline(in, line);) {
+        if (line.empty()) continue;
+        lines.push_back(line);
+        if (lines.size() > count) lines.pop_front();
+    }
+    std::string text;
+    for (auto const& line : lines) text += "\n    " + line;
+    return text;
+}
+
+}  // namespace sluice

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sluice {
+
+//! How a process ended.
+struct Ending
+{
+    int code = 0;    //!< exit code, if signal is 0
+    int signal = 0;  //!< the signal that ended it
+    bool well() const { return code == 0 && signal == 0; }
+};
+
+//! A child process that does not outlive this one: it is killed when this process ends, however that happens.
+class Process
+{
+ public:
+    //! Starts argv[0] (looked up on PATH if it has no slash) with output and errors going to `log`.
+    //! Throws Error (exit 7) if it cannot be started.
+    Process(std::vector<std::string> const& argv, std::filesystem::path const& log,
+            std::vector<std::pair<std::string, std::string>> const& environment = {});
+    Process(Process&& other) noexcept;
+    Process& operator=(Process&&) = delete;
+    ~Process();  //!< kills and reaps
+
+    std::optional<Ending> poll();  //!< how it ended, if it has
+    Ending wait();
+    void signal(int number) const;  //!< to it and what it started; nothing once it has ended
+    pid_t pid() const { return pid_; }
+
+ private:
+    pid_t pid_ = -1;
+    std::optional<Ending> ending_;
+};
+
+//! The executable `name` beside this one, or on PATH; empty if there is none.
+std::filesystem::path find_executable(std::string const& name);
+
+//! The directory of this executable.
+std::filesystem::path own_directory();
+
+//! The last lines of a text file, at most `count`, indented; empty if it has none.
+std::string last_lines(std::filesystem::path const& file, std::size_t count);
+
+}  // namespace sluice

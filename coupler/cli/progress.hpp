@@ -1,0 +1,32 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "coupler/base/status_page.hpp"
+#include "coupler/scene/scene.hpp"
+
+namespace sluice {
+
+//! Shows how far a run is: a bar with time to go on a terminal, a line every 5 s in a log, nothing when quiet.
+class Progress
+{
+ public:
+    Progress(Scene const& scene, bool quiet);
+    void show(std::vector<MappedStatus> const& pages);
+    void clear();  //!< leaves the terminal's line free for a message
+
+ private:
+    std::string line(std::vector<MappedStatus> const& pages);
+
+    Scene const& scene_;
+    bool quiet_;
+    bool terminal_;
+    bool drawn_ = false;
+    std::chrono::steady_clock::time_point next_{};
+    std::chrono::steady_clock::time_point first_window_{};
+    bool running_ = false;
+};
+
+}  // namespace sluice
