@@ -36,7 +36,8 @@ def kinetic(run):
 
 
 def _axis_label(runs):
-    return runs[0].time_label if len({bool(run.time_scale) for run in runs}) == 1 else "time  (t/τc, or s where unknown)"
+    same = len({bool(run.time_scale) for run in runs}) == 1
+    return runs[0].time_label if same else "time  (t/τc, or s where unknown)"
 
 
 def _draw(axes, runs, curve, label):
@@ -79,7 +80,8 @@ def kinetic_figure(runs):
             time, values = runs[0].column(name) if name != "fluid" else runs[0].column("kinetic", runs[0].fluid_name)
             if len(time) > 1:
                 line = len(axes.lines)
-                axes.plot(*thinned(runs[0].scaled(time), values), color=PALETTE[line], linestyle=LINES[line], label=label)
+                axes.plot(*thinned(runs[0].scaled(time), values), color=PALETTE[line], linestyle=LINES[line],
+                          label=label)
     axes.set_ylim(bottom=0)
     axes.ticklabel_format(axis="y", scilimits=(-2, 3), useMathText=True)
     if drawn:
@@ -88,7 +90,7 @@ def kinetic_figure(runs):
 
 
 def ledger(run):
-    """(time, released, [(label, energy)]) [s, J/m]: potential energy that was released, and where it is; None without it."""
+    """(time, released, [(label, energy)]) [s, J/m]: potential energy released and where it is; None without it."""
     time, potential = run.column("potential")
     names = [n for n in run.quantities("") if n in LEDGER or n.startswith(("dissipated_", "elastic"))]
     if len(time) < 2 or not names:

@@ -17,10 +17,11 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .
 th, td { padding: .28rem 1.1rem .28rem 0; text-align: left; border-bottom: 1px solid var(--line); vertical-align: top; }
 th { font-weight: 600; } td.n, th.n { text-align: right; }
 .scroll { overflow-x: auto; }
-.facts { display: grid; grid-template-columns: repeat(auto-fill, minmax(10.5rem, 1fr)); gap: .6rem 1.4rem; margin: 1.1rem 0; }
+.facts { display: grid; grid-template-columns: repeat(auto-fill, minmax(10.5rem, 1fr)); gap: .6rem 1.4rem; }
 .facts div { border-left: 3px solid var(--accent); padding-left: .7rem; }
 .facts dt { color: var(--soft); font-size: .85rem; } .facts dd { margin: 0; font-size: 1.08rem; font-weight: 600; }
-.badge { display: inline-block; border: 1px solid; border-radius: .3rem; padding: 0 .5rem; font-size: .85rem; font-weight: 600; }
+.badge { display: inline-block; border: 1px solid; border-radius: .3rem; padding: 0 .5rem; font-size: .85rem;
+         font-weight: 600; }
 .good { color: #00684b; } .bad { color: #a32100; }
 .note { border-left: 3px solid #E69F00; background: #fdf6e7; padding: .5rem .8rem; margin: .5rem 0; }
 pre { background: #f6f8fa; padding: .9rem; overflow-x: auto; font-size: .85rem; line-height: 1.45; border-radius: .3rem; }
@@ -71,7 +72,9 @@ def table(headers, rows):
 
     head = cells("th", [h.lstrip("#") for h in headers])
     body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
-    return f"<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody>\n</table></div>" if rows else ""
+    if not rows:
+        return ""
+    return f"<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody>\n</table></div>"
 
 
 def folded(summary, text):

@@ -67,7 +67,7 @@ def last(curve, run):
     return float(values[-1]) if len(values) else None
 
 
-# -- one run -------------------------------------------------------------------------------------------------------------
+# -- one run -----------------------------------------------------------------------------------------------------------
 
 
 def heading(run):
@@ -77,7 +77,8 @@ def heading(run):
              f"<span class=\"badge bad\">stopped, exit {page.escape(str(code))}</span> ")
     words = [summary.get("scene"), f"{summary['dimension']}D" if "dimension" in summary else None,
              f"transport {summary['transport']}" if summary.get("transport") else None]
-    return f"<h1>{page.escape(run.title)}</h1>\n<p class=\"soft\">{badge}{page.escape(' · '.join(w for w in words if w))}</p>"
+    line = page.escape(" · ".join(w for w in words if w))
+    return f"<h1>{page.escape(run.title)}</h1>\n<p class=\"soft\">{badge}{line}</p>"
 
 
 def key_facts(run):
@@ -88,7 +89,8 @@ def key_facts(run):
         ("final height H/H₀", number(top) if top is not None else ""),
         ("time scale τc = √(H₀/g)", seconds(run.time_scale) if run.time_scale else ""),
         ("simulated", seconds(summary["end_time"]) if "end_time" in summary else ""),
-        ("windows", f"{summary['windows']:,} of {number(summary.get('window_seconds'))} s" if "windows" in summary else ""),
+        ("windows", f"{summary['windows']:,} of {number(summary.get('window_seconds'))} s"
+         if "windows" in summary else ""),
         ("took", seconds(summary["wall_seconds"]) if "wall_seconds" in summary else ""),
     ]
     rows = [(p.get("name", "?"), p.get("solver", "?"), name, number(v, 5) if isinstance(v, float) else str(v))
@@ -200,7 +202,7 @@ def run_page(run):
     return page.document(run.title, sections + [missing_section([run])])
 
 
-# -- several runs --------------------------------------------------------------------------------------------------------
+# -- several runs ------------------------------------------------------------------------------------------------------
 
 
 def comparison_table(runs):
@@ -245,7 +247,7 @@ def comparison_page(runs):
     ])
 
 
-# -- command -------------------------------------------------------------------------------------------------------------
+# -- command -----------------------------------------------------------------------------------------------------------
 
 
 def write(path, data):
@@ -260,12 +262,12 @@ def write(path, data):
         sys.exit(7)
 
 
-def main():
+def main(arguments=None):
     parser = argparse.ArgumentParser(prog="report", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", metavar="RUN_DIR", nargs="+")
     parser.add_argument("--out", default="report.html")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     for folder in options.runs:
         if not os.path.isdir(folder):
             parser.error(f"{folder} is not a folder (needs a run's directory, as `sluice run --out` leaves it).")

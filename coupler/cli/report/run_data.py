@@ -47,7 +47,7 @@ class Run:
         self.length0 = self._fact("L0 [m]", "run_out")
         self.time_scale = self._time_scale()
 
-    # -- files -----------------------------------------------------------------------------------------------------
+    # -- files ---------------------------------------------------------------------------------------------------------
 
     def path(self, name):
         return os.path.join(self.folder, name)
@@ -112,7 +112,7 @@ class Run:
         except (ImportError, OSError, KeyError):
             return False
 
-    # -- values ----------------------------------------------------------------------------------------------------
+    # -- values --------------------------------------------------------------------------------------------------------
 
     def _fact(self, name, column):
         """A fact that the grains stated, else the column's first value, else None."""
