@@ -1,0 +1,211 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "participants/lbm/populations.hpp"
+#include "participants/lbm/relaxation.hpp"
+
+namespace lbm {
+
+//! What a run of the solver needs; chosen once, from the list in solver.cpp.
+struct Features
+{
+    bool les = false;
+    bool force = false;
+    bool grains = false;
+    bool operator==(Features const&) const = default;
+};
+
+//! What the collision of one row needs to know of the solids, and what it tells of them; arrays over x, 64-byte
+//! aligned.
+struct SolidRow
+{
+    double const* fraction;    //!< sum of the bodies' area fractions eps [-], may exceed 1 where bodies overlap
+    double const* weight;      //!< B/sum(eps): share of the solid collision for each unit of eps [-]
+    double const* momentum_x;  //!< sum of eps u_s (cells a step)
+    double const* momentum_y;
+    double* force_rate;  //!< out: 2 weight rho
+    double* force_x;     //!< out: 2 weight j_x; a body's force is eps (force_x - force_rate u_s)
+    double* force_y;
+};
+
+inline constexpr double eddy_free = 1e-6;          //!< cells covered by more have no eddy viscosity
+inline constexpr std::ptrdiff_t eddy_block = 128;  //!< cells; two such arrays and 9 x 128 populations stay in cache
+
+//! First pass of the large-eddy model over [begin, end), at most eddy_block cells: 1/rho and 1/tau_eff of each.
+//! nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed form:
+//!     tau_eff = (tau + sqrt(tau^2 + 18 C_s^2 |(p_xx, 2 p_xy)|/rho))/2
+//! A pass of its own, because a division after two roots after a division is a long wait: short iterations overlap.
+template <Features F>
+void find_eddy_rates(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& r, SolidRow const& s,
+                     double* inverse_density, double* shear_rate)
+{
+    double const *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4],
+                        *const f5 = f[5], *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
+    double const* const fraction = s.fraction;
+    double const tau = r.tau, tau_square = r.tau * r.tau, term = r.smagorinsky_term, base = r.shear;
+    double const half_x = 0.5 * r.force_x, half_y = 0.5 * r.force_y;
+#pragma omp simd
+    for (std::ptrdiff_t x = begin; x < end; ++x) {
+        double const even1 = f1[x] + f3[x], even2 = f2[x] + f4[x], even5 = f5[x] + f7[x], even6 = f6[x] + f8[x];
+        double const odd5 = f5[x] - f7[x], odd6 = f6[x] - f8[x];
+        double const rho = 1.0 + (f0[x] + (even1 + even2) + (even5 + even6));
+        double jx = f1[x] - f3[x] + (odd5 - odd6), jy = f2[x] - f4[x] + (odd5 + odd6);
+        double work_x = 0, work_y = 0;
+        if constexpr (F.force) {
+            double fluid = 1.0;
+            if constexpr (F.grains) fluid = std::max(0.0, 1.0 - fraction[x]);
+            work_x = fluid * half_x;
+            work_y = fluid * half_y;
+            jx += work_x;
+            jy += work_y;
+        }
+        double const inverse_rho = 1.0 / rho;
+        double const ux = jx * inverse_rho, uy = jy * inverse_rho;
+        double const normal = even1 - even2 - (jx * ux - jy * uy) + 2.0 * (ux * work_x - uy * work_y);
+        double const shear = even5 - even6 - jx * uy + (ux * work_y + uy * work_x);
+        double const stress = std::sqrt(normal * normal + 4.0 * (shear * shear));
+        double rate = 2.0 / (tau + std::sqrt(tau_square + term * stress * inverse_rho));
+        if constexpr (F.grains) rate = fraction[x] > eddy_free ? base : rate;
+        inverse_density[x - begin] = inverse_rho;
+        shear_rate[x - begin] = rate;
+    }
+}
+
+//! Collides the cells [begin, end) in place; with the large-eddy model, with the rates found for them.
+//!
+//! In moment space (Lallemand and Luo): m' = m + S - s (m + S/2 - m_eq), S the moments of Guo's force (Phys. Rev. E 65
+//! (2002) 046308), so that the velocity holds half the force. Equilibrium: the second-order one.
+//! Solids (Noble and Torczynski, Int. J. Mod. Phys. C 9 (1998) 1189), superposition form:
+//!     f' = f + (1 - B) Omega + B (f_-q - f_q + f_eq,q(u_s) - f_eq,-q(u_s)):
+//! the even moments relax by (1 - B), the odd ones move toward those of u_s by 2 B. The force acts on the fluid's share
+//! (1 - eps) of the cell. Covered cells have no large-eddy term: their stress is not that of a flow.
+//!
+//! Straight-line on purpose, and longer than the house rule: the compiler vectorises it as one loop.
+template <Features F>
+void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax,
+                   SolidRow const& solid, double const* inverse_density, double const* shear_rates)
+{
+    double *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4], *const f5 = f[5],
+                  *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
+    Relaxation const r = relax;
+    SolidRow const s = solid;
+#pragma omp simd
+    for (std::ptrdiff_t x = begin; x < end; ++x) {
+        double const even1 = f1[x] + f3[x], odd1 = f1[x] - f3[x];
+        double const even2 = f2[x] + f4[x], odd2 = f2[x] - f4[x];
+        double const even5 = f5[x] + f7[x], odd5 = f5[x] - f7[x];
+        double const even6 = f6[x] + f8[x], odd6 = f6[x] - f8[x];
+        double const axes = even1 + even2, diagonals = even5 + even6;
+        double const diagonal_x = odd5 - odd6, diagonal_y = odd5 + odd6;
+        double const excess = f0[x] + axes + diagonals;  // rho - 1
+        double const rho = 1.0 + excess;
+        double jx = odd1 + diagonal_x, jy = odd2 + diagonal_y;
+        double qx = diagonal_x - 2.0 * odd1, qy = diagonal_y - 2.0 * odd2;
+
+        double force_x = 0, force_y = 0;
+        if constexpr (F.force) {
+            double fluid = 1.0;
+            if constexpr (F.grains) fluid = std::max(0.0, 1.0 - s.fraction[x]);
+            force_x = fluid * r.force_x;
+            force_y = fluid * r.force_y;
+            jx += 0.5 * force_x;
+            jy += 0.5 * force_y;
+            qx -= 0.5 * force_x;
+            qy -= 0.5 * force_y;
+        }
+        double inverse_rho;
+        if constexpr (F.les)
+            inverse_rho = inverse_density[x - begin];
+        else
+            inverse_rho = 1.0 / rho;
+        double const ux = jx * inverse_rho, uy = jy * inverse_rho;
+        double const kinetic = 3.0 * (jx * ux + jy * uy);
+
+        // distances from equilibrium
+        double energy = 2.0 * (diagonals + excess) - axes - 4.0 * f0[x] - kinetic;
+        double square = 4.0 * f0[x] - 2.0 * axes + diagonals - excess + kinetic;
+        double normal = even1 - even2 - (jx * ux - jy * uy);
+        double shear = even5 - even6 - jx * uy;
+        double work = 0, normal_work = 0, shear_work = 0;
+        if constexpr (F.force) {
+            work = 6.0 * (ux * force_x + uy * force_y);
+            normal_work = 2.0 * (ux * force_x - uy * force_y);
+            shear_work = ux * force_y + uy * force_x;
+            energy += 0.5 * work;
+            square -= 0.5 * work;
+            normal += 0.5 * normal_work;
+            shear += 0.5 * shear_work;
+        }
+        double shear_rate = r.shear;
+        if constexpr (F.les) shear_rate = shear_rates[x - begin];
+        double flux_x = r.flux * (qx + jx), flux_y = r.flux * (qy + jy);
+        double energy_change = -r.energy * energy, square_change = -r.square * square;
+        double normal_change = -shear_rate * normal, shear_change = -shear_rate * shear;
+        double jx_change = force_x, jy_change = force_y;
+        if constexpr (F.grains) {
+            double const weight2 = 2.0 * s.weight[x];
+            double const solid2 = weight2 * s.fraction[x];  // 2 B
+            double const fluid = 1.0 - 0.5 * solid2;
+            energy_change *= fluid;
+            square_change *= fluid;
+            normal_change *= fluid;
+            shear_change *= fluid;
+            double const rate = weight2 * rho;
+            double const solid_x = rate * s.momentum_x[x], solid_y = rate * s.momentum_y[x];
+            flux_x = fluid * flux_x + solid2 * qx + solid_x;
+            flux_y = fluid * flux_y + solid2 * qy + solid_y;
+            jx_change += solid_x - solid2 * jx;
+            jy_change += solid_y - solid2 * jy;
+            s.force_rate[x] = rate;
+            s.force_x[x] = weight2 * jx;
+            s.force_y[x] = weight2 * jy;
+        }
+        if constexpr (F.force) {
+            energy_change += work;
+            square_change -= work;
+            normal_change += normal_work;
+            shear_change += shear_work;
+        }
+        double const qx_change = -force_x - flux_x, qy_change = -force_y - flux_y;
+
+        // back to populations
+        double const diagonal = (2.0 * energy_change + square_change) * (1.0 / 36);
+        double const axis = -(energy_change + 2.0 * square_change) * (1.0 / 36);
+        double const axis_normal = 0.25 * normal_change, diagonal_shear = 0.25 * shear_change;
+        double const axis_x = (jx_change - qx_change) * (1.0 / 6), axis_y = (jy_change - qy_change) * (1.0 / 6);
+        double const corner_x = (2.0 * jx_change + qx_change) * (1.0 / 12);
+        double const corner_y = (2.0 * jy_change + qy_change) * (1.0 / 12);
+        double const along1 = axis + axis_normal, along2 = axis - axis_normal;
+        double const along5 = diagonal + diagonal_shear, along6 = diagonal - diagonal_shear;
+        double const corner5 = corner_x + corner_y, corner6 = corner_y - corner_x;
+        f0[x] += (square_change - energy_change) * (1.0 / 9);
+        f1[x] += along1 + axis_x;
+        f3[x] += along1 - axis_x;
+        f2[x] += along2 + axis_y;
+        f4[x] += along2 - axis_y;
+        f5[x] += along5 + corner5;
+        f7[x] += along5 - corner5;
+        f6[x] += along6 + corner6;
+        f8[x] += along6 - corner6;
+    }
+}
+
+//! Collides the cells [begin, end) of one row in place.
+template <Features F>
+void collide(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax, SolidRow const& solid)
+{
+    if constexpr (F.les) {
+        alignas(64) double inverse_density[eddy_block], shear_rate[eddy_block];
+        for (std::ptrdiff_t x = begin; x < end; x += eddy_block) {
+            std::ptrdiff_t const stop = std::min(x + eddy_block, end);
+            find_eddy_rates<F>(f, x, stop, relax, solid, inverse_density, shear_rate);
+            collide_block<F>(f, x, stop, relax, solid, inverse_density, shear_rate);
+        }
+    } else {
+        collide_block<F>(f, begin, end, relax, solid, nullptr, nullptr);
+    }
+}
+
+}  // namespace lbm

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "participants/lbm/lattice_units.hpp"
+
+namespace sluice {
+class Reader;
+}
+
+namespace lbm {
+
+enum class Operator
+{
+    mrt,
+    trt,
+    bgk
+};
+enum Side : std::size_t
+{
+    left,
+    right,
+    bottom,
+    top
+};
+
+//! One side of the domain: half-way bounce-back (no-slip), moving along itself if velocity != 0, or periodic.
+struct Wall
+{
+    bool periodic = false;
+    double velocity = 0;  //!< along +y on left and right, along +x on bottom and top [m/s]
+};
+
+//! Everything the solver needs, in SI; made by read_config() or by hand, constant afterwards.
+struct Config
+{
+    std::array<double, 2> origin{0, 0};  //!< lower left corner [m]
+    std::array<double, 2> size{};        //!< [m], a multiple of `cell` each way
+    double cell = 0;                     //!< dx [m]
+    double step = 0;                     //!< dt [s]
+    double density = 1000;               //!< rho_0 [kg/m3]
+    double viscosity = 1e-6;             //!< kinematic [m2/s]
+    double max_velocity = 0;             //!< the fastest expected [m/s]; for the Mach number alone
+    Operator collision = Operator::mrt;
+    double magic = 3.0 / 16;  //!< (tau - 1/2)(tau_q - 1/2) of MRT and TRT: 3/16 puts a flat wall exactly half-way
+    std::optional<double> flux_rate;           //!< s_q of MRT, instead of `magic`
+    double energy_rate = 1.2;                  //!< s_e of MRT; the bulk viscosity is (1/s_e - 1/2)/3
+    double square_rate = 1.2;                  //!< s_eps of MRT
+    double smagorinsky = 0;                    //!< C_s, filter width dx; 0: no large-eddy model
+    std::array<Wall, 4> walls{};               //!< indexed by Side
+    std::array<double, 2> acceleration{0, 0};  //!< of the whole fluid [m/s2]: force density rho_0 a
+    double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
+    bool inner_fluid_inertia = true;  //!< give the discs back the inertia of the fluid the lattice keeps inside
+    int threads = 1;
+
+    LatticeUnits units() const noexcept { return {cell, step, density}; }
+    double relaxation_time() const noexcept { return units().relaxation_time(viscosity); }
+    std::array<std::ptrdiff_t, 2> cells() const noexcept;  //!< nx, ny
+};
+
+//! What is wrong with a configuration, or near a limit.
+struct Issue
+{
+    std::string key;   //!< of the scene
+    std::string text;  //!< `seen (needed). What to try.`
+    bool refused;      //!< false: a warning
+};
+
+std::vector<Issue> find_issues(Config const& config);
+
+//! tau, Mach number, grid Reynolds number and the like, one line each, for the start of a log.
+std::vector<std::string> describe(Config const& config);
+
+//! Reads a participant's `config:` block (keys: README.md). `gravity` [m/s2] is the scene's; it enters the lattice if
+//! `gravity: true`. Every mistake becomes a problem of the reader.
+Config read_config(sluice::Reader& reader, std::array<double, 2> gravity);
+
+}  // namespace lbm

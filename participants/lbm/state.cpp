@@ -1,0 +1,230 @@
+// Solver: what goes in and comes out between two steps.
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <unordered_map>
+
+#include "coupler/base/error.hpp"
+#include "participants/lbm/solver.hpp"
+
+namespace lbm {
+namespace {
+
+using sluice::Error;
+using sluice::Exit;
+using sluice::require;
+
+constexpr double speed_limit = 0.4;   //!< cells a step: beyond, the equilibrium goes negative
+constexpr double excess_limit = 0.5;  //!< |rho/rho_0 - 1|
+
+template <class... Value>
+std::string format(char const* pattern, Value... value)
+{
+    char text[400];
+    std::snprintf(text, sizeof text, pattern, value...);
+    return text;
+}
+
+}  // namespace
+
+void Solver::check_discs(DiscsView const& discs) const
+{
+    std::size_t const n = discs.radius.size();
+    bool const shaped = discs.position.size() == 2 * n && discs.velocity.size() == 2 * n &&
+                        discs.angular_velocity.size() == n && (discs.id.empty() || discs.id.size() == n);
+    require(shaped, [&] {
+        return Error("fluid: the discs' arrays differ in length (all must have one entry a disc).", Exit::protocol);
+    });
+    for (std::size_t i = 0; i < n; ++i) {
+        bool const finite = std::isfinite(discs.position[2 * i] + discs.position[2 * i + 1] + discs.velocity[2 * i] +
+                                          discs.velocity[2 * i + 1] + discs.angular_velocity[i]);
+        require(finite && discs.radius[i] > 0 && std::isfinite(discs.radius[i]), [&] {
+            return Error(
+                format("fluid: disc %zu at t = %g s: position (%g, %g) m, radius %g m (must be finite, radius > 0).",
+                       discs.id.empty() ? i : static_cast<std::size_t>(discs.id[i]), time(), discs.position[2 * i],
+                       discs.position[2 * i + 1], discs.radius[i]),
+                Exit::numerical);
+        });
+    }
+}
+
+void Solver::set_discs(DiscsView const& discs)
+{
+    check_discs(discs);
+    std::size_t const n = discs.radius.size();
+    double const cell = config_.cell, velocity_unit = config_.units().velocity_unit();
+    discs_.resize(n);
+    id_.resize(n);
+    displaced_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        double const radius = config_.hydrodynamic_radius * discs.radius[i];
+        discs_[i] = {.x = (discs.position[2 * i] - config_.origin[0]) / cell,
+                     .y = (discs.position[2 * i + 1] - config_.origin[1]) / cell,
+                     .radius = radius / cell,
+                     .ux = discs.velocity[2 * i] / velocity_unit,
+                     .uy = discs.velocity[2 * i + 1] / velocity_unit,
+                     .spin = discs.angular_velocity[i] * config_.step};
+        id_[i] = discs.id.empty() ? i : discs.id[i];
+        displaced_[i] = {.mass = config_.density * std::numbers::pi * radius * radius,
+                         .gyration = 0.5 * radius * radius,
+                         .velocity = {discs.velocity[2 * i], discs.velocity[2 * i + 1], discs.angular_velocity[i]}};
+    }
+    for (auto* v : {&force_, &exchange_}) v->resize(2 * n);
+    for (auto* v : {&torque_, &exchange_torque_}) v->resize(n);
+}
+
+//! The lattice keeps fluid inside a disc, which follows it: the exchange holds -m_f dU/dt of that fluid, which does not
+//! exist. Gives it back from the discs' own velocities of this step and the last; a disc that is new has no last one.
+void Solver::add_inner_inertia()
+{
+    double const rate = 1 / config_.step;
+    auto const add = [&](std::size_t i, std::array<double, 3> const& before) {
+        Displaced const& d = displaced_[i];
+        force_[2 * i] += d.mass * (d.velocity[0] - before[0]) * rate;
+        force_[2 * i + 1] += d.mass * (d.velocity[1] - before[1]) * rate;
+        torque_[i] += d.mass * d.gyration * (d.velocity[2] - before[2]) * rate;
+    };
+    if (id_ == last_id_) {
+        for (std::size_t i = 0; i < id_.size(); ++i) add(i, last_velocity_[i]);
+    } else {
+        std::unordered_map<std::uint64_t, std::size_t> where;
+        for (std::size_t i = 0; i < last_id_.size(); ++i) where.emplace(last_id_[i], i);
+        for (std::size_t i = 0; i < id_.size(); ++i)
+            if (auto const found = where.find(id_[i]); found != where.end()) add(i, last_velocity_[found->second]);
+    }
+    last_id_ = id_;
+    last_velocity_.resize(id_.size());
+    for (std::size_t i = 0; i < id_.size(); ++i) last_velocity_[i] = displaced_[i].velocity;
+}
+
+void Solver::set_obstacle(std::vector<double> fraction)
+{
+    auto const cells = static_cast<std::size_t>(populations_.nx() * populations_.ny());
+    require(fraction.size() == cells, [&] {
+        return Error(format("fluid: the obstacle has %zu cells (the lattice has %zu).", fraction.size(), cells));
+    });
+    coverage_.set_obstacle(std::move(fraction));
+}
+
+//! Equilibrium plus the first-order stress -tau w_q rho/c_s^2 (c c - c_s^2 I) : grad u, less half the force.
+void Solver::set_state(std::function<PointState(double x, double y)> const& at)
+{
+    LatticeUnits const unit = config_.units();
+    double const velocity = unit.velocity_unit();
+    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y) {
+        Slots const f = populations_.row(y);
+        for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) {
+            PointState const s = at(config_.origin[0] + (static_cast<double>(x) + 0.5) * config_.cell,
+                                    config_.origin[1] + (static_cast<double>(y) + 0.5) * config_.cell);
+            double const excess = unit.density_excess_lu(s.pressure), rho = 1 + excess;
+            double const ux = s.velocity[0] / velocity, uy = s.velocity[1] / velocity;
+            double g[4];
+            for (int k = 0; k < 4; ++k) g[k] = s.gradient[k] * config_.step;
+            for (std::size_t q = 0; q < directions; ++q) {
+                double const stress =
+                    cx[q] * cx[q] * g[0] + cx[q] * cy[q] * (g[1] + g[2]) + cy[q] * cy[q] * g[3] - (g[0] + g[3]) / 3;
+                double const force = cx[q] * relaxation_.force_x + cy[q] * relaxation_.force_y;
+                f[q][x] = equilibrium(static_cast<int>(q), excess, ux, uy) -
+                          weight[q] * (3 * rho * relaxation_.tau * stress + 1.5 * force);
+            }
+        }
+    }
+    complete_ = true;
+}
+
+//! Writes what enters from outside, so that every cell's populations are those of now.
+void Solver::complete()
+{
+    if (complete_) return;
+    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y) enter_from_outside(populations_, y, walls_);
+    complete_ = true;
+}
+
+double Solver::mass()
+{
+    complete();
+    double sum = 0;
+    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y)
+        for (std::size_t q = 0; q < directions; ++q)
+            for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) sum += populations_.row(q, y)[x];
+    return (sum + static_cast<double>(populations_.nx() * populations_.ny())) * config_.units().mass_unit();
+}
+
+std::array<double, 2> Solver::momentum()
+{
+    complete();
+    double sum_x = 0, sum_y = 0;
+    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y)
+        for (std::size_t q = 1; q < directions; ++q)
+            for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) {
+                sum_x += cx[q] * populations_.row(q, y)[x];
+                sum_y += cy[q] * populations_.row(q, y)[x];
+            }
+    double const unit = config_.units().momentum_unit();
+    return {sum_x * unit, sum_y * unit};
+}
+
+//! Stops the run at the first cell that is not finite, too fast or too dense.
+void Solver::watch()
+{
+    complete();
+    RowState row;
+    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y) {
+        read_row(y, row);
+        for (std::size_t x = 0; x < row.ux.size(); ++x) {
+            double const speed = std::hypot(row.ux[x], row.uy[x]), excess = row.excess[x];
+            require(speed <= speed_limit && std::abs(excess) <= excess_limit, [&] {
+                return Error(
+                    format("fluid: t = %g s (step %lld), cell (%zu, %td) at (%g, %g) m: speed %g m/s, density %g "
+                           "of rho_0 (speed must stay below %g m/s, density within 0.5 to 1.5). Take a shorter "
+                           "step (a smaller lattice_velocity), a smaller cell, or les.",
+                           time(), static_cast<long long>(steps_), x, y,
+                           config_.origin[0] + (static_cast<double>(x) + 0.5) * config_.cell,
+                           config_.origin[1] + (static_cast<double>(y) + 0.5) * config_.cell,
+                           speed * config_.units().velocity_unit(), 1 + excess,
+                           speed_limit * config_.units().velocity_unit()),
+                    Exit::numerical);
+            });
+        }
+    }
+}
+
+//! Layout: steps, number of last velocities, (id, velocity[3]) each, then [q][y][x].
+std::vector<double> Solver::save()
+{
+    complete();
+    std::vector<double> state{static_cast<double>(steps_), static_cast<double>(last_id_.size())};
+    for (std::size_t i = 0; i < last_id_.size(); ++i) {
+        state.push_back(std::bit_cast<double>(last_id_[i]));
+        state.insert(state.end(), last_velocity_[i].begin(), last_velocity_[i].end());
+    }
+    for (std::size_t q = 0; q < directions; ++q)
+        for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y)
+            state.insert(state.end(), populations_.row(q, y), populations_.row(q, y) + populations_.nx());
+    return state;
+}
+
+void Solver::restore(std::span<double const> state)
+{
+    auto const cells = static_cast<std::size_t>(populations_.nx() * populations_.ny());
+    std::size_t const discs = state.size() < 2 ? 0 : static_cast<std::size_t>(state[1]);
+    require(state.size() == 2 + 4 * discs + directions * cells, [&] {
+        return Error(format("fluid: the saved state has %zu numbers (must fit %zu cells).", state.size(), cells),
+                     Exit::io);
+    });
+    steps_ = static_cast<std::int64_t>(state[0]);
+    double const* from = state.data() + 2;
+    last_id_.resize(discs);
+    last_velocity_.resize(discs);
+    for (std::size_t i = 0; i < discs; ++i, from += 4) {
+        last_id_[i] = std::bit_cast<std::uint64_t>(from[0]);
+        last_velocity_[i] = {from[1], from[2], from[3]};
+    }
+    for (std::size_t q = 0; q < directions; ++q)
+        for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y, from += populations_.nx())
+            std::copy(from, from + populations_.nx(), populations_.row(q, y));
+    complete_ = true;
+}
+
+}  // namespace lbm

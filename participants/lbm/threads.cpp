@@ -1,0 +1,67 @@
+#include "participants/lbm/threads.hpp"
+
+#include <algorithm>
+
+namespace lbm {
+namespace {
+
+//! Waits until `value` differs from `old`: spins (about 20 us), then sleeps in the kernel.
+template <class T>
+void wait_change(std::atomic<T> const& value, T old)
+{
+    for (int i = 0; i < 1000; ++i) {
+        if (value.load(std::memory_order_acquire) != old) return;
+#if defined(__x86_64__)
+        __builtin_ia32_pause();
+#endif
+    }
+    value.wait(old, std::memory_order_acquire);
+}
+
+}  // namespace
+
+Team::Team(int threads)
+{
+    for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+}
+
+Team::~Team()
+{
+    stop_ = true;
+    ++round_;
+    round_.notify_all();
+    for (std::thread& worker : workers_) worker.join();
+}
+
+void Team::share(std::ptrdiff_t count, std::ptrdiff_t chunk, Body const& body)
+{
+    count_ = count;
+    chunk_ = chunk;
+    body_ = &body;
+    next_ = 0;
+    if (workers_.empty() || count <= chunk) return take_chunks();
+    busy_ = static_cast<int>(workers_.size());
+    ++round_;
+    round_.notify_all();
+    take_chunks();
+    for (int left = busy_; left != 0; left = busy_) wait_change(busy_, left);
+}
+
+void Team::take_chunks()
+{
+    for (std::ptrdiff_t begin = next_.fetch_add(chunk_); begin < count_; begin = next_.fetch_add(chunk_))
+        (*body_)(begin, std::min(begin + chunk_, count_));
+}
+
+void Team::work()
+{
+    for (unsigned seen = 0;;) {
+        wait_change(round_, seen);
+        seen = round_;
+        if (stop_) return;
+        take_chunks();
+        if (--busy_ == 0) busy_.notify_all();
+    }
+}
+
+}  // namespace lbm

@@ -1,0 +1,149 @@
+//! Speed of the fluid solver beside what the machine's memory allows. Prints a table; `--json FILE` writes a list of
+//! {case, metric, value, unit, against, ratio}. `--small`: a smoke run.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "participants/lbm/solver.hpp"
+#include "tests/participants/lbm/plain_lattice.hpp"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Size
+{
+    std::ptrdiff_t nx, ny;
+    int discs, steps;
+};
+
+nlohmann::json results = nlohmann::json::array();
+
+void note(char const* name, char const* metric, double value, char const* unit, char const* against, double ratio)
+{
+    std::printf("%-34s %-22s %10.4g %-8s %5.1f %% of %s\n", name, metric, value, unit, 100 * ratio, against);
+    std::fflush(stdout);
+    results.push_back(
+        {{"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}, {"against", against}, {"ratio", ratio}});
+}
+
+constexpr double bytes_per_update = 2.0 * lbm::directions * sizeof(double);  //!< every population read and written once
+
+//! Best rate of a[i] = s a[i] over nine arrays far larger than the caches [B/s]: what an in-place step can reach.
+double in_place_bandwidth(int threads, std::size_t bytes)
+{
+    lbm::Team team(threads);
+    std::vector<double> data(bytes / sizeof(double), 1.0);
+    auto const piece = static_cast<std::ptrdiff_t>(data.size() / lbm::directions);
+    double best = 0;
+    for (int repeat = 0; repeat < 6; ++repeat) {
+        auto const start = Clock::now();
+        team.share(piece, 1 << 14, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            for (std::ptrdiff_t q = 0; q < lbm::directions; ++q) {
+                double* const a = data.data() + q * piece;
+                for (std::ptrdiff_t i = begin; i < end; ++i) a[i] = a[i] * 1.0000001;
+            }
+        });
+        best = std::max(best, 2.0 * static_cast<double>(bytes) / seconds_since(start));
+    }
+    return best;
+}
+
+lbm::Config config(Size const& size, int threads, double smagorinsky)
+{
+    lbm::Config c;
+    c.cell = c.step = c.density = 1;
+    c.size = {static_cast<double>(size.nx), static_cast<double>(size.ny)};
+    c.viscosity = 0.01;
+    c.smagorinsky = smagorinsky;
+    c.hydrodynamic_radius = 0.85;
+    c.threads = threads;
+    return c;
+}
+
+//! A packed column at the left, 2.4 times as high as wide, hexagonal; discs fall and spin slowly.
+struct Column
+{
+    std::vector<double> position, velocity, spin, radius;
+    Column(Size const& size)
+    {
+        // as in the published run: 2028 discs, R about 10 cells
+        double const r =
+            0.49 * static_cast<double>(size.ny) * 1.0 / (std::sqrt(size.discs * 2.4 * std::sqrt(3.0) / 2.0) + 1);
+        int const across = static_cast<int>(std::sqrt(size.discs / 2.4 * 2.0 / std::sqrt(3.0)));
+        double const use = std::min(r, 14.0);
+        for (int i = 0; i < size.discs; ++i) {
+            int const row = i / across, column = i % across;
+            position.push_back(use * (1.2 + 2.02 * column + (row % 2) * 1.01));
+            position.push_back(use * (1.2 + 1.75 * row));
+            velocity.push_back(1e-3 * std::sin(i));
+            velocity.push_back(-1e-2);
+            spin.push_back(1e-4 * std::cos(i));
+            radius.push_back(use * (0.85 + 0.15 * std::sin(7.0 * i)));
+        }
+    }
+    void move()
+    {
+        for (std::size_t k = 0; k < position.size(); ++k) position[k] += velocity[k];
+    }
+    lbm::DiscsView view() const { return {position, velocity, spin, radius}; }
+};
+
+//! Updates of a cell a second, whole steps: area fractions, boundaries, collision, streaming, force sums.
+double rate(lbm::Config const& c, Size const& size, bool grains)
+{
+    lbm::Solver solver(c);
+    Column column(size);
+    double best = 0;
+    for (int block = 0; block < 4; ++block) {
+        auto const start = Clock::now();
+        for (int k = 0; k < size.steps; ++k) {
+            if (grains) {
+                column.move();
+                solver.set_discs(column.view());
+            }
+            solver.step();
+        }
+        best = std::max(best, size.steps * static_cast<double>(size.nx * size.ny) / seconds_since(start));
+    }
+    if (grains) std::printf("  covered cells %.1f %%\n", 100 * solver.share().covered_cells);
+    return best;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    Size size{3500, 1700, 2028, 25};
+    char const* json = nullptr;
+    for (int i = 1; i < argc; ++i) {
+        if (std::strcmp(argv[i], "--small") == 0) size = {350, 170, 40, 10};
+        if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) json = argv[++i];
+    }
+    std::size_t const bytes = static_cast<std::size_t>(size.nx * size.ny) * lbm::directions * sizeof(double);
+    double roof[3] = {};
+    for (int threads : {1, 2}) {
+        roof[threads] = in_place_bandwidth(threads, bytes) / bytes_per_update;
+        note("memory, in-place update", threads == 1 ? "rate, 1 thread" : "rate, 2 threads",
+             roof[threads] * bytes_per_update / 1e9, "GB/s", "itself", 1);
+    }
+    for (int threads : {1, 2}) {
+        char const* const metric = threads == 1 ? "speed, 1 thread" : "speed, 2 threads";
+        auto const show = [&](char const* name, double updates) {
+            note(name, metric, updates / 1e6, "MLUPS", "roofline", updates / roof[threads]);
+        };
+        show("MRT", rate(config(size, threads, 0), size, false));
+        show("MRT + LES", rate(config(size, threads, 0.1), size, false));
+        show("MRT + LES + discs, whole step", rate(config(size, threads, 0.1), size, true));
+    }
+    if (json) std::ofstream(json) << results.dump(1) << '\n';
+}

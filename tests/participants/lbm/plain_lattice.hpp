@@ -1,0 +1,159 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "participants/lbm/coverage.hpp"
+#include "participants/lbm/relaxation.hpp"
+#include "participants/lbm/solid_weight.hpp"
+#include "participants/lbm/walls.hpp"
+#include "tests/participants/lbm/exact_area.hpp"
+
+//! The oracle: the solver's equations as they stand in its README, one cell at a time, two grids, moments by matrix.
+//! Slow and plain on purpose; shares with the solver the constants, the rates and nothing else.
+class PlainLattice
+{
+ public:
+    PlainLattice(lbm::Config const& config)
+        : rates_(lbm::relaxation(config)),
+          les_(config.smagorinsky > 0),
+          nx_(config.cells()[0]),
+          ny_(config.cells()[1]),
+          now_(lbm::directions * static_cast<std::size_t>(nx_ * ny_)),
+          next_(now_.size())
+    {
+        for (std::size_t s = 0; s < 4; ++s) wall_[s] = config.walls[s].velocity / config.units().velocity_unit();
+        periodic_x_ = config.walls[lbm::left].periodic;
+        periodic_y_ = config.walls[lbm::bottom].periodic;
+    }
+
+    std::vector<double>& populations() { return now_; }                         //!< f_q - w_q, shape [q][y][x]
+    std::vector<std::array<double, 3>> const& loads() const { return loads_; }  //!< force, torque of each disc
+
+    void step(std::vector<lbm::Disc> const& discs)
+    {
+        loads_.assign(discs.size(), {0, 0, 0});
+        for (std::ptrdiff_t y = 0; y < ny_; ++y) {
+            for (std::ptrdiff_t x = 0; x < nx_; ++x) {
+                std::array<double, 9> f;
+                for (std::size_t q = 0; q < 9; ++q) f[q] = now_[at(q, x, y)];
+                collide(f, x, y, discs);
+                for (std::size_t q = 0; q < 9; ++q) send(q, x, y, f[q]);
+            }
+        }
+        now_.swap(next_);
+    }
+
+ private:
+    using Moments = std::array<double, 9>;  //!< rho, e, eps, jx, qx, jy, qy, pxx, pxy
+
+    std::size_t at(std::size_t q, std::ptrdiff_t x, std::ptrdiff_t y) const
+    {
+        return (q * static_cast<std::size_t>(ny_) + static_cast<std::size_t>(y)) * static_cast<std::size_t>(nx_) +
+               static_cast<std::size_t>(x);
+    }
+
+    void send(std::size_t q, std::ptrdiff_t x, std::ptrdiff_t y, double f)
+    {
+        std::ptrdiff_t tx = x + lbm::cx[q], ty = y + lbm::cy[q];
+        double wall_x = 0, wall_y = 0;
+        bool bounced = false;
+        if ((ty < 0 || ty >= ny_) && !periodic_y_) {
+            bounced = true;
+            wall_x = wall_[ty < 0 ? lbm::bottom : lbm::top];
+        } else if ((tx < 0 || tx >= nx_) && !periodic_x_) {
+            bounced = true;
+            wall_y = wall_[tx < 0 ? lbm::left : lbm::right];
+        }
+        if (bounced) {
+            auto const back = static_cast<std::size_t>(lbm::opposite[q]);
+            next_[at(back, x, y)] = f + 6 * lbm::weight[back] * (lbm::cx[back] * wall_x + lbm::cy[back] * wall_y);
+        } else {
+            next_[at(q, (tx + nx_) % nx_, (ty + ny_) % ny_)] = f;
+        }
+    }
+
+    static Moments moments(std::array<double, 9> const& f)
+    {
+        Moments m{};
+        for (std::size_t q = 0; q < 9; ++q) {
+            Moments const b = basis(q);
+            for (std::size_t k = 0; k < 9; ++k) m[k] += b[k] * f[q];
+        }
+        return m;
+    }
+
+    static Moments basis(std::size_t q)
+    {
+        double const x = lbm::cx[q], y = lbm::cy[q], c2 = x * x + y * y;
+        return {
+            1,    -4 + 3 * c2, 4 - 10.5 * c2 + 4.5 * c2 * c2, x, (-5 + 3 * c2) * x, y, (-5 + 3 * c2) * y, x * x - y * y,
+            x * y};
+    }
+
+    void collide(std::array<double, 9>& f, std::ptrdiff_t x, std::ptrdiff_t y, std::vector<lbm::Disc> const& discs)
+    {
+        std::vector<double> fraction(discs.size());
+        double covered = 0;
+        for (std::size_t i = 0; i < discs.size(); ++i) {
+            auto const [ax, ay] = arm(discs[i], x, y);
+            fraction[i] = exact_area(ax - 0.5, ax + 0.5, ay - 0.5, ay + 0.5, discs[i].radius);
+            if (std::hypot(ax, ay) > discs[i].radius + 1) fraction[i] = 0;
+            covered += fraction[i];
+        }
+        double const weight = covered >= 1 ? 1 : covered > 0 ? lbm::noble_torczynski_weight(covered, rates_.tau) : 0;
+        Moments m = moments(f);
+        double const fluid = std::max(0.0, 1 - covered);
+        double const fx = fluid * rates_.force_x, fy = fluid * rates_.force_y;
+        double const rho = 1 + m[0], ux = (m[3] + fx / 2) / rho, uy = (m[5] + fy / 2) / rho;
+        Moments const source = {0,   6 * (ux * fx + uy * fy), -6 * (ux * fx + uy * fy), fx, -fx, fy,
+                                -fy, 2 * (ux * fx - uy * fy), ux * fy + uy * fx};
+        double const u2 = ux * ux + uy * uy;
+        Moments const eq = {m[0],      -2 * m[0] + 3 * rho * u2,  m[0] - 3 * rho * u2, rho * ux, -rho * ux, rho * uy,
+                            -rho * uy, rho * (ux * ux - uy * uy), rho * ux * uy};
+        Moments d;
+        for (std::size_t k = 0; k < 9; ++k) d[k] = m[k] + source[k] / 2 - eq[k];
+        double shear = rates_.shear;
+        if (les_ && covered <= 1e-6)
+            shear = 2 / (rates_.tau + std::sqrt(rates_.tau * rates_.tau +
+                                                rates_.smagorinsky_term * std::hypot(d[7], 2 * d[8]) / rho));
+        Moments const s = {0, rates_.energy, rates_.square, 0, rates_.flux, 0, rates_.flux, shear, shear};
+        Moments change;
+        for (std::size_t k = 0; k < 9; ++k) change[k] = source[k] - (1 - weight) * s[k] * d[k];
+        for (std::size_t i = 0; i < discs.size(); ++i) {
+            if (fraction[i] == 0) continue;
+            double const share = 2 * weight * fraction[i] / covered;
+            auto const [ax, ay] = arm(discs[i], x, y);
+            double const vx = discs[i].ux - discs[i].spin * ay, vy = discs[i].uy + discs[i].spin * ax;
+            double const px = share * rho * (ux - vx), py = share * rho * (uy - vy);
+            change[3] -= px;
+            change[5] -= py;
+            change[4] -= share * (m[4] - fx / 2 + rho * vx);
+            change[6] -= share * (m[6] - fy / 2 + rho * vy);
+            loads_[i][0] += px;
+            loads_[i][1] += py;
+            loads_[i][2] += ax * py - ay * px;
+        }
+        Moments const norm = {9, 36, 36, 6, 12, 6, 12, 4, 4};
+        for (std::size_t q = 0; q < 9; ++q)
+            for (std::size_t k = 0; k < 9; ++k) f[q] += basis(q)[k] * change[k] / norm[k];
+    }
+
+    //! From a disc's centre to the cell's, the nearest image.
+    std::array<double, 2> arm(lbm::Disc const& d, std::ptrdiff_t x, std::ptrdiff_t y) const
+    {
+        double ax = static_cast<double>(x) + 0.5 - d.x, ay = static_cast<double>(y) + 0.5 - d.y;
+        auto const lx = static_cast<double>(nx_), ly = static_cast<double>(ny_);
+        if (periodic_x_) ax -= lx * std::round(ax / lx);
+        if (periodic_y_) ay -= ly * std::round(ay / ly);
+        return {ax, ay};
+    }
+
+    lbm::Relaxation rates_;
+    bool les_, periodic_x_ = false, periodic_y_ = false;
+    std::ptrdiff_t nx_, ny_;
+    std::array<double, 4> wall_{};
+    std::vector<double> now_, next_;
+    std::vector<std::array<double, 3>> loads_;
+};
