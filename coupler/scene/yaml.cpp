@@ -91,10 +91,10 @@ Reader read_yaml(std::string const& text, std::string const& file, std::vector<s
     YAML::Node root;
     try {
         auto documents = YAML::LoadAll(text);
-        require(documents.size() == 1, [&] {
+        require(documents.size() <= 1, [&] {
             return Error(file + ": " + std::to_string(documents.size()) + " YAML documents (needed: one).");
         });
-        root = documents[0];
+        if (!documents.empty()) root = documents[0];
     } catch (YAML::Exception const& e) {
         throw Error(file + ":" + std::to_string(e.mark.line + 1) + ":" + std::to_string(e.mark.column + 1) + ": " +
                     e.msg + " (the text is not YAML).");

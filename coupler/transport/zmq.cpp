@@ -75,8 +75,9 @@ class NameLock
 class ConnectionWatch
 {
  public:
+    //! `sockets` outlives the watch.
     ConnectionWatch(void* context, std::vector<Socket> const& sockets)
-        : lost_(sockets.size()), monitors_(sockets.size())
+        : sockets_(sockets), lost_(sockets.size()), monitors_(sockets.size())
     {
         for (std::size_t p = 0; p < sockets.size(); ++p) {
             if (!sockets[p]) continue;
@@ -89,16 +90,18 @@ class ConnectionWatch
         thread_ = std::thread([this] { run(); });
     }
 
-    bool lost(int peer) const { return lost_[static_cast<std::size_t>(peer)].load(); }
+    ConnectionWatch(ConnectionWatch const&) = delete;
+    ConnectionWatch& operator=(ConnectionWatch const&) = delete;
 
-    void stop(std::vector<Socket> const& sockets)
+    ~ConnectionWatch()
     {
         stop_ = true;
         thread_.join();
-        for (auto const& socket : sockets)
+        for (auto const& socket : sockets_)
             if (socket) zmq_socket_monitor(socket.get(), nullptr, 0);  // before the reader closes
-        monitors_.clear();
     }
+
+    bool lost(int peer) const { return lost_[static_cast<std::size_t>(peer)].load(); }
 
  private:
     void run()
@@ -128,6 +131,7 @@ class ConnectionWatch
         lost_[peer] = number == ZMQ_EVENT_DISCONNECTED;  // a new handshake: it is back
     }
 
+    std::vector<Socket> const& sockets_;
     std::vector<std::atomic<bool>> lost_;
     std::vector<Socket> monitors_;
     std::atomic<bool> stop_ = false;
@@ -148,12 +152,6 @@ class ZmqTransport final : public Transport
         watch_ = std::make_unique<ConnectionWatch>(context_.get(), sockets_);
         for (int peer = 0; peer < count; ++peer)
             if (peer != members.self) attach(peer, members.self, endpoint(address, tcp, peer, members.self, count));
-    }
-
-    ~ZmqTransport() override
-    {
-        watch_->stop(sockets_);
-        sockets_.clear();
     }
 
     bool try_send(int peer, std::span<std::byte const> bytes) override
@@ -243,7 +241,7 @@ class ZmqTransport final : public Transport
     Context context_;
     std::unique_ptr<NameLock> lock_;
     std::vector<Socket> sockets_;
-    std::unique_ptr<ConnectionWatch> watch_;
+    std::unique_ptr<ConnectionWatch> watch_;  // after the sockets: it ends before they close
     std::size_t turn_ = 0;
 };
 

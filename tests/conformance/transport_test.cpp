@@ -1,0 +1,128 @@
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "coupler/base/error.hpp"
+#include "tests/conformance/transport_suite.hpp"
+#include "tests/support/run_in_threads.hpp"
+
+namespace {
+
+using sluice::Members;
+using sluice::Transport;
+using std::chrono::milliseconds;
+
+//! Makes the transport of member 0 or 1; both calls come from different threads.
+using Make = std::function<std::unique_ptr<Transport>(int self)>;
+
+//! Runs both sides in threads; returns what went wrong, empty if nothing did.
+std::string converse(Make const& make, std::function<void(Transport&, int)> const& side)
+{
+    std::string wrong[2];
+    auto body = [&](int self) {
+        try {
+            auto transport = make(self);
+            side(*transport, self);
+        } catch (std::exception const& e) {
+            wrong[self] = e.what();
+        }
+    };
+    std::thread other(body, 1);
+    body(0);
+    other.join();
+    return wrong[0] + wrong[1];
+}
+
+Members members(int self)
+{
+    return {{"a", "b"}, self};
+}
+
+std::string tcp_address()  // a base port of this process's own, so that tests can run side by side
+{
+    return "tcp://127.0.0.1:" + std::to_string(20'000 + ::getpid() % 20'000);
+}
+
+Make zmq(std::string const& address, milliseconds silence = milliseconds(2000))
+{
+    return [=](int self) { return sluice::make_zmq_transport(members(self), address, silence); };
+}
+
+//! Member 1 greets and leaves; member 0 must notice within 2 s.
+void leave(Transport& t, int self)
+{
+    std::vector<Transport::Incoming> taken;
+    if (self == 1) {
+        suite::send(t, 0, suite::numbered(1, 1, 10), taken);
+        suite::receive(t);
+        return;
+    }
+    suite::receive(t);
+    suite::send(t, 1, suite::numbered(0, 1, 10), taken);
+    auto const begin = std::chrono::steady_clock::now();
+    while (!t.lost(1)) {
+        suite::expect(std::chrono::steady_clock::now() - begin < std::chrono::seconds(2), "loss not noticed in 2 s");
+        (void)t.receive(milliseconds(10));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("loopback: conforms")
+{
+    sluice::LoopbackHub hub(2);
+    CHECK(converse([&](int self) { return hub.connect(self); }, suite::all) == "");
+}
+
+TEST_CASE("zmq over ipc: conforms")
+{
+    in_threads::Scratch scratch;
+    CHECK(converse(zmq(scratch.path()), suite::all) == "");
+}
+
+TEST_CASE("zmq over tcp: conforms")
+{
+    CHECK(converse(zmq(tcp_address()), suite::all) == "");
+}
+
+TEST_CASE("every transport but MPI: a peer that leaves is noticed within 2 s")
+{
+    in_threads::Scratch scratch;
+    sluice::LoopbackHub hub(2);
+    CHECK(converse(zmq(scratch.path()), leave) == "");
+    CHECK(converse(zmq(tcp_address()), leave) == "");
+    CHECK(converse([&](int self) { return hub.connect(self); }, leave) == "");
+}
+
+TEST_CASE("zmq: the side that connects may come first, by a second")
+{
+    in_threads::Scratch scratch;
+    for (int late : {0, 1}) {
+        auto const make = [&](int self) {
+            if (self == late) std::this_thread::sleep_for(milliseconds(1000));
+            return sluice::make_zmq_transport(members(self), scratch.path(), milliseconds(2000));
+        };
+        CHECK(converse(make, suite::round_trips) == "");
+    }
+}
+
+TEST_CASE("zmq over ipc: a name that lives here is refused, with its process")
+{
+    in_threads::Scratch scratch;
+    auto const first = sluice::make_zmq_transport(members(0), scratch.path(), milliseconds(2000));
+    try {
+        auto const second = sluice::make_zmq_transport(members(0), scratch.path(), milliseconds(2000));
+        FAIL("not refused");
+    } catch (sluice::Error const& e) {
+        CHECK(std::string(e.what()).find("process " + std::to_string(::getpid())) != std::string::npos);
+    }
+}
+
+TEST_CASE("zmq over tcp: an address without a port is refused")
+{
+    for (auto const address : {"tcp://127.0.0.1", "tcp://127.0.0.1:", "tcp://127.0.0.1:99999", "tcp://127.0.0.1:x"})
+        CHECK_THROWS_AS(sluice::make_zmq_transport(members(0), address, milliseconds(2000)), sluice::Error);
+}

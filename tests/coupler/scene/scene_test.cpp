@@ -1,0 +1,175 @@
+#include "coupler/scene/scene.hpp"
+
+#include <doctest/doctest.h>
+
+#include <fstream>
+
+#include "coupler/base/error.hpp"
+#include "tests/support/run_in_threads.hpp"
+
+using namespace sluice;
+
+namespace {
+
+//! All mistakes of a scene text as `line:column: text` lines, file name removed; empty if there are none.
+std::string mistakes(std::string const& text, std::vector<std::string> const& overrides = {})
+{
+    in_threads::Scratch scratch;
+    auto const file = scratch.path() / "s.yaml";
+    std::ofstream(file) << text;
+    try {
+        load_scene(file, overrides).diagnostics->throw_if_any();
+    } catch (Error const& e) {
+        CHECK(e.exit() == Exit::config);
+        std::string all = e.what();
+        for (auto at = all.find(file.string() + ":"); at != std::string::npos; at = all.find(file.string() + ":"))
+            all.erase(at, file.string().size() + 1);
+        return all;
+    }
+    return {};
+}
+
+std::string const good = R"(sluice: 1
+time: {end: 1.0, window: auto}
+gravity: [0, -9.81]
+participants:
+  grains: {solver: dem}
+  water: {solver: lbm}
+couplings:
+  - {from: grains, to: water, data: kinematics}
+  - {from: water, to: grains, data: load, lag: 1}
+)";
+
+std::string with(std::string const& from, std::string const& to)
+{
+    auto text = good;
+    auto const at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+}
+
+bool has(std::string const& text, std::string const& part)
+{
+    bool const found = text.find(part) != std::string::npos;
+    if (!found) MESSAGE("not in: " << text);
+    return found;
+}
+
+}  // namespace
+
+TEST_CASE("scene: a good one has no mistakes and reads as written")
+{
+    in_threads::Scratch scratch;
+    auto const file = scratch.path() / "s.yaml";
+    std::ofstream(file) << good;
+    auto const loaded = load_scene(file, {"time.end=0.5", "couplings.1.predict=linear"});
+    loaded.diagnostics->throw_if_any();
+    CHECK(loaded.scene.end == 0.5);
+    CHECK_FALSE(loaded.scene.window.has_value());
+    CHECK(loaded.scene.gravity[1] == -9.81);
+    CHECK(loaded.scene.edges.at(1).lag == 1);
+    CHECK(loaded.scene.edges.at(1).predict == 1);
+    CHECK(loaded.scene.edges.at(0).from == 0);
+}
+
+TEST_CASE("scene: the hash tells shared parts apart and ignores layout")
+{
+    auto hash = [](std::string const& text) {
+        in_threads::Scratch scratch;
+        std::ofstream(scratch.path() / "s.yaml") << text;
+        return load_scene(scratch.path() / "s.yaml", {}).scene.hash;
+    };
+    CHECK(hash(good) == hash("# a comment\n" + with("end: 1.0", "end: 1")));
+    CHECK(hash(good) != hash(with("end: 1.0", "end: 1.1")));
+}
+
+TEST_CASE("scene: place, path, what was seen, what is needed and the nearest key, for each kind of mistake")
+{
+    struct Case
+    {
+        std::string from, to, place, says;
+    };
+    Case const cases[] = {
+        {"sluice: 1", "sluice: 2", "1:9: ", "sluice = 2 (must be >= 1 and <= 1)"},
+        {"sluice: 1\n", "", "1:1: ", "sluice is missing"},
+        {"end: 1.0", "end: -1", "2:13: ", "time.end = -1 s (must be > 0)"},
+        {"end: 1.0", "end: 1e-5x", "2:13: ", "time.end = 1e-5x is not a number"},
+        {"end: 1.0", "end: .nan", "2:13: ", "time.end = .nan is not a number"},
+        {"end: 1.0", "edn: 1.0", "2:8: ", "time.edn is not a key (keys: end, window). Did you mean end?"},
+        {"window: auto", "window: 2", "2:18: ", "time.window: longer than the whole run"},
+        {"time: ", "tiem: ", "2:1: ", "Did you mean time?"},
+        {"[0, -9.81]", "[0, -9.81, 0]", "3:1: ", "gravity is a list of 3 (must be a list of 2 numbers, in m/s2)"},
+        {"[0, -9.81]", "[0, down]", "3:14: ", "gravity[1] = down is not a number"},
+        {"solver: dem", "solvr: dem", "5:12: ", "participants.grains.solvr is not a key"},
+        {"solver: dem", "solver: [dem]", "5:", "participants.grains.solver = a list (must be a text)"},
+        {"{solver: dem}", "dem", "5:3: ", "participants.grains is dem (must be a mapping of keys)"},
+        {"to: water, data: k", "to: watr, data: k", "8:", "no participant \"watr\". Did you mean water?"},
+        {"data: kinematics", "data: kinematic", "8:37: ", "Did you mean kinematics?"},
+        {"lag: 1", "lag: 2", "9:", "couplings[1].lag = 2 (must be >= 0 and <= 1)"},
+        {"lag: 1", "lag: 0.5", "9:", "couplings[1].lag = 0.5 (must be a whole number)"},
+        {"lag: 1", "lagg: 1", "9:", "Did you mean lag?"},
+        {"data: kinematics", "data: kinematics, predict: linear", "8:", "without a lag there is nothing to predict"},
+        {"to: water, data: k", "to: grains, data: k", "8:", "the same participant as \"from\""},
+        {"couplings:", "transport: zqm\ncouplings:", "7:12: ", "Did you mean zmq?"},
+        {"couplings:", "address: tcp://0.0.0.0:5000\ncouplings:", "7:1: ", "would travel unencrypted"},
+        {"gravity", "gravity: [0, 1]\ngravity", "4:1: ", "gravity is given twice (first in line 3)"},
+        {"gravity", "frame: {rotating: {}}\ngravity", "3:1: ", "frame: must be inertial"},
+    };
+    for (Case const& c : cases) {
+        CAPTURE(c.to);
+        auto const found = mistakes(with(c.from, c.to));
+        CHECK(has(found, c.says));
+        CHECK(has("\n" + found, "\n" + c.place));
+    }
+}
+
+TEST_CASE("scene: lag-0 edges in a circle are refused and the circle is named")
+{
+    auto const found = mistakes(with(", lag: 1", ""));
+    CHECK(has(found, "7:1: couplings: the lag-0 edges form a circle"));
+    CHECK(has(found, "grains -> water -> grains"));
+}
+
+TEST_CASE("scene: all mistakes at once, by line")
+{
+    auto text = with("end: 1.0", "end: -1");
+    text.replace(text.find("lag: 1"), 6, "lagg: 1");
+    text.replace(text.find("to: water"), 9, "to: sand ");
+    auto const found = mistakes(text);
+    auto const first = found.find("2:13"), second = found.find("8:"), third = found.find("9:");
+    CHECK(first < second);
+    CHECK(second < third);
+    CHECK(third != std::string::npos);
+}
+
+TEST_CASE("scene: a mistake in --set is said to be there, and a path that is not in the scene is refused")
+{
+    CHECK(has(mistakes(good, {"time.end=-3"}), "--set: time.end = -3 s (must be > 0)"));
+    CHECK(has(mistakes(good, {"couplings.1.lag=7"}), "--set: couplings[1].lag = 7"));
+    CHECK(has(mistakes(good, {"tiem.end=3"}), "\"tiem\" is not in the scene"));
+    CHECK(has(mistakes(good, {"couplings.5.lag=1"}), "\"5\" is not in the scene"));
+    CHECK(has(mistakes(good, {"time.end"}), "no \"=\""));
+}
+
+TEST_CASE("scene: text that is no YAML, empty, several documents, too deep, a bomb of aliases: one message each")
+{
+    CHECK(has(mistakes("a: [1, 2\nb: 3\n"), "not YAML"));
+    CHECK(has(mistakes(""), "not a mapping"));
+    CHECK(has(mistakes("a: 1\n---\nb: 2\n"), "2 YAML documents"));
+    CHECK(has(mistakes("a: " + std::string(60, '[') + std::string(60, ']')), "nested deeper than 32"));
+    std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+    for (int i = 1; i < 8; ++i) {
+        auto const n = std::to_string(i), m = std::to_string(i - 1);
+        bomb +=
+            "a" + n + ": &a" + n + " [*a" + m + ", *a" + m + ", *a" + m + ", *a" + m + ", *a" + m + ", *a" + m + "]\n";
+    }
+    CHECK(has(mistakes(bomb), "more than 100000 nodes"));
+    CHECK(has(mistakes(std::string(2 << 20, ' ')), "larger than 1 MB"));
+}
+
+TEST_CASE("nearest: finds typos and leaves strangers alone")
+{
+    CHECK(nearest("frction", {"friction", "density"}) == "friction");
+    CHECK(nearest("fritcion", {"friction", "density"}) == "friction");
+    CHECK_FALSE(nearest("colour", {"friction", "density"}).has_value());
+}
