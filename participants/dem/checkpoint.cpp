@@ -31,21 +31,22 @@ void visit(Archive& archive, AnyState& s)
     archive(s.pairs.other);
     archive(s.pairs.spring);
     archive(s.pairs.sqrt_mass);
-    archive(s.pairs.dashpot_n);
-    archive(s.pairs.dashpot_t);
+    archive(s.pairs.lossy_n);
+    archive(s.pairs.lossy_t);
+    archive(s.pairs.slides);
     for (auto& wall : s.wall_contacts) {
         archive(wall.active);
         archive(wall.grain);
         archive(wall.spring);
-        archive(wall.dashpot_n);
-        archive(wall.dashpot_t);
+        archive(wall.lossy_n);
+        archive(wall.lossy_t);
+        archive(wall.slides);
     }
     archive(s.built_x);
     archive(s.built_y);
     archive(s.rebuilds);
     archive(s.booked);
-    archive(s.power_n);
-    archive(s.power_t);
+    archive(s.power);
 }
 
 //! Every index within bounds: the kernels do not look.
@@ -59,11 +60,12 @@ bool is_consistent(State const& s, std::size_t grains)
     std::size_t const slots = p.other.size();
     bool ok = sized(s.built_x, grains) && sized(s.built_y, grains) && sized(p.first, grains + 1) && p.first[0] == 0 &&
               p.first.back() == slots && std::is_sorted(p.first.begin(), p.first.end()) && sized(p.spring, slots) &&
-              sized(p.sqrt_mass, slots) && empty_or(p.dashpot_n, slots) && empty_or(p.dashpot_t, slots) &&
+              sized(p.sqrt_mass, slots) && empty_or(p.lossy_n, slots) && empty_or(p.lossy_t, slots) &&
+              empty_or(p.slides, slots) &&
               std::all_of(p.other.begin(), p.other.end(), [&](std::uint32_t j) { return j < grains; });
     for (WallContacts const& w : s.wall_contacts)
-        ok = ok && sized(w.spring, w.grain.size()) && empty_or(w.dashpot_n, w.grain.size()) &&
-             empty_or(w.dashpot_t, w.grain.size()) &&
+        ok = ok && sized(w.spring, w.grain.size()) && empty_or(w.lossy_n, w.grain.size()) &&
+             empty_or(w.lossy_t, w.grain.size()) && empty_or(w.slides, w.grain.size()) &&
              std::all_of(w.grain.begin(), w.grain.end(), [&](std::uint32_t i) { return i < grains; });
     return ok;
 }

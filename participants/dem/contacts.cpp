@@ -48,50 +48,125 @@ Contact contact_of(Vec2 apart, double distance, double radius_i, double radius_j
 struct Forces
 {
     double normal, tangential;    //!< Fn, Ft [N]
-    double dashpot_n, dashpot_t;  //!< the part of them that is not elastic [N]
+    double lossy_n, lossy_t;      //!< the part of them that is not elastic [N]
+    double impulse_n, impulse_t;  //!< of a fresh contact, besides the forces [N s]
+    bool slides;
+    bool fresh;  //!< did not touch one step ago
 };
 
-//! Books of one evaluation, summed in the order of the contacts.
+//! Books of one evaluation, summed in the order of the contacts [J].
 struct Books
 {
-    double sliding = 0.0, touch = 0.0;
+    double normal_dashpot = 0.0, tangential_dashpot = 0.0, sliding = 0.0, touch = 0.0;
+
+    void add_to(Booked& booked) const noexcept
+    {
+        booked.normal_dashpot += normal_dashpot;
+        booked.tangential_dashpot += tangential_dashpot;
+        booked.sliding += sliding;
+        booked.touch += touch;
+    }
 };
 
-//! The two laws on one touching contact, and what the ledger books of it. Changes the spring.
-template <Features F>
-inline Forces contact_forces(NormalForce const& normal_law, TangentialForce const& tangential_law, double dt,
-                             Contact const& contact, Motion const& vi, Motion const& vj, Motion const& hi,
-                             Motion const& hj, double overlap, double sqrt_mass, double& spring, Books& books) noexcept
+//! Work of the spring's force over a step, by the trapezium, less what it stores: taken by sliding [J].
+inline double spring_loss(double stiffness, double before, double after, double displacement) noexcept
 {
-    double const step_closing = dt * contact.closing(hi, hj);  // change of the overlap over this step [m]
-    double acting = 1.0, touched = 1.0;                        // of a step: dashpots, elongation
-    if (overlap < step_closing) [[unlikely]] {                 // did not touch one step ago
-        touched = overlap / step_closing;
-        acting = 0.5 + touched;
-        if constexpr (F.ledger) books.touch += 0.5 * normal_law.stiffness * overlap * (step_closing - overlap);
-    }
+    return 0.5 * stiffness * (before + after) * (displacement - (after - before));
+}
+
+//! What two partners and a step are to the laws of one contact.
+struct Touching
+{
+    double overlap;                  //!< xi > 0 [m]
+    double sqrt_mass;                //!< sqrt(m*) [sqrt(kg)]
+    double closing, slip;            //!< predicted at the end of the step [m/s]
+    double step_closing, step_slip;  //!< over the step [m]
+};
+
+inline Touching touching_of(Contact const& c, double overlap, double sqrt_mass, double dt, Motion const& vi,
+                            Motion const& vj, Motion const& hi, Motion const& hj) noexcept
+{
+    return {overlap, sqrt_mass, c.closing(vi, vj), c.slip(vi, vj), dt * c.closing(hi, hj), dt * c.slip(hi, hj)};
+}
+
+//! A contact that began within the step, `touched` of a step ago (see contacts.hpp). `turning` is li^2/Ii + lj^2/Ij
+//! [1/kg].
+template <Features F>
+Forces first_forces(NormalForce const& normal_law, TangentialForce const& tangential_law, double dt, Touching const& c,
+                    double turning, double& spring, Books& books) noexcept
+{
+    double const touched = c.overlap / c.step_closing, lag = touched * dt, missing = (touched - 0.5) * dt;
+    double const inverse_n = 1.0 / (c.sqrt_mass * c.sqrt_mass), inverse_t = inverse_n + turning;
     Forces f{};
-    f.normal = normal_law(overlap, acting * contact.closing(vi, vj), sqrt_mass);
-    f.dashpot_n = f.normal - normal_law.stiffness * overlap;
+    f.fresh = true;
+    double const closing = c.closing / (1.0 + lag * normal_law.damping / c.sqrt_mass);
+    f.normal = normal_law(c.overlap, closing, c.sqrt_mass);
+    f.lossy_n = f.normal - normal_law.stiffness * c.overlap;
+    f.impulse_n = missing * f.lossy_n;
     if constexpr (F.friction) {
-        double const trial = spring + touched * dt * contact.slip(hi, hj);
-        auto const t = tangential_law(trial, acting * contact.slip(vi, vj), f.normal, sqrt_mass);
+        double const first_slip = c.step_slip / dt;
+        auto const t0 =
+            tangential_law(spring, first_slip, normal_law(0.0, c.step_closing / dt, c.sqrt_mass), c.sqrt_mass);
+        double const trial = t0.spring + touched * c.step_slip;  // cut back at the touch, then stretched since
+        double const slowed = c.slip - lag * inverse_t * t0.force;
+        double const slip = slowed * c.slip > 0.0 ? slowed : 0.0;  // friction stops a slip, it does not turn it round
+        auto const t = tangential_law(trial, slip, f.normal, c.sqrt_mass);
         f.tangential = t.force;
-        f.dashpot_t = t.force - tangential_law.stiffness * t.spring;
-        if constexpr (F.ledger)
-            books.sliding += 0.5 * tangential_law.stiffness * (spring + t.spring) * (trial - t.spring);
+        f.impulse_t = missing * t.force;
+        f.lossy_t = t.force - tangential_law.stiffness * t.spring;
+        f.slides = t.slides;
+        if constexpr (F.ledger) books.sliding += spring_loss(tangential_law.stiffness, spring, t.spring, c.step_slip);
+        spring = t.spring;
+    }
+    if constexpr (F.ledger) {
+        books.touch += 0.5 * normal_law.stiffness * c.overlap * (c.step_closing - c.overlap);
+        books.normal_dashpot += f.impulse_n * (c.step_closing / dt - 0.5 * f.impulse_n * inverse_n);
+        (f.slides ? books.sliding : books.tangential_dashpot) +=
+            f.impulse_t * (c.step_slip / dt - 0.5 * f.impulse_t * inverse_t);
+    }
+    return f;
+}
+
+//! The two laws on one touching contact, and what the ledger books of it. Changes the spring. `turning()` is called
+//! only for a contact that began within the step.
+template <Features F, class Turning>
+inline Forces contact_forces(NormalForce const& normal_law, TangentialForce const& tangential_law, double dt,
+                             Touching const& c, Turning&& turning, double& spring, Books& books) noexcept
+{
+    if (c.overlap < c.step_closing) [[unlikely]]
+        return first_forces<F>(normal_law, tangential_law, dt, c, turning(), spring, books);
+    Forces f{};
+    f.normal = normal_law(c.overlap, c.closing, c.sqrt_mass);
+    if constexpr (F.ledger) f.lossy_n = f.normal - normal_law.stiffness * c.overlap;
+    if constexpr (F.friction) {
+        auto const t = tangential_law(spring + c.step_slip, c.slip, f.normal, c.sqrt_mass);
+        f.tangential = t.force;
+        if constexpr (F.ledger) {
+            books.sliding += spring_loss(tangential_law.stiffness, spring, t.spring, c.step_slip);
+            f.lossy_t = f.tangential - tangential_law.stiffness * t.spring;
+            f.slides = t.slides;
+        }
         spring = t.spring;
     }
     return f;
 }
 
-//! A contact of the list that does not touch: the springs' energy is gone.
+//! Gives a grain its share of a fresh contact's impulse; `sign` is +1 for i, -1 for j.
+void push(Grains& g, std::size_t i, double sign, double arm, Contact const& c, Forces const& f) noexcept
+{
+    Vec2 const impulse = (sign / g.mass[i]) * (f.impulse_n * c.normal - f.impulse_t * tangent_of(c.normal));
+    g.half_vx[i] += impulse.x;
+    g.half_vy[i] += impulse.y;
+    g.half_spin[i] += arm * f.impulse_t / g.inertia[i];
+}
+
+//! A contact of the list that does not touch, and what the ledger books if it did one step ago: the springs' energy.
 inline void book_opening(NormalForce const& normal_law, TangentialForce const& tangential_law, double overlap,
-                         double step_closing, double spring, Books& books) noexcept
+                         double step_closing, double displacement, double spring, Books& books) noexcept
 {
     double const before = overlap - step_closing;
     if (before > 0.0) books.touch += 0.5 * normal_law.stiffness * before * overlap;
-    books.sliding += 0.5 * tangential_law.stiffness * spring * spring;
+    books.sliding += spring_loss(tangential_law.stiffness, spring, 0.0, displacement);
 }
 
 template <Features F>
@@ -115,19 +190,25 @@ void add_pair_forces(Setup const& setup, State& state, double dt) noexcept
             if (square >= reach * reach) {
                 if constexpr (F.ledger) {
                     Contact const c = contact_of(apart, std::sqrt(square), ri, g.radius[j]);
-                    double const step_closing = dt * c.closing(hi, half_step(g, j));
-                    book_opening(normal_law, tangential_law, reach - std::sqrt(square), step_closing,
-                                 pairs.spring[slot], books);
-                    pairs.dashpot_n[slot] = pairs.dashpot_t[slot] = 0.0;
+                    Motion const hj = half_step(g, j);
+                    book_opening(normal_law, tangential_law, reach - std::sqrt(square), dt * c.closing(hi, hj),
+                                 dt * c.slip(hi, hj), pairs.spring[slot], books);
+                    pairs.lossy_n[slot] = pairs.lossy_t[slot] = 0.0;
                 }
                 if constexpr (F.friction) pairs.spring[slot] = 0.0;
                 continue;
             }
             double const distance = std::sqrt(square);
             Contact const c = contact_of(apart, distance, ri, g.radius[j]);
+            Touching const touching =
+                touching_of(c, reach - distance, pairs.sqrt_mass[slot], dt, vi, predicted(g, j), hi, half_step(g, j));
+            auto const turning = [&] { return c.arm_i * c.arm_i / g.inertia[i] + c.arm_j * c.arm_j / g.inertia[j]; };
             Forces const f =
-                contact_forces<F>(normal_law, tangential_law, dt, c, vi, predicted(g, j), hi, half_step(g, j),
-                                  reach - distance, pairs.sqrt_mass[slot], pairs.spring[slot], books);
+                contact_forces<F>(normal_law, tangential_law, dt, touching, turning, pairs.spring[slot], books);
+            if (f.fresh) [[unlikely]] {
+                push(g, i, 1.0, c.arm_i, c, f);
+                push(g, j, -1.0, c.arm_j, c, f);
+            }
             Vec2 const force = f.normal * c.normal - f.tangential * tangent_of(c.normal);
             fx += force.x;
             fy += force.y;
@@ -138,18 +219,16 @@ void add_pair_forces(Setup const& setup, State& state, double dt) noexcept
                 g.torque[j] += c.arm_j * f.tangential;
             }
             if constexpr (F.ledger) {
-                pairs.dashpot_n[slot] = f.dashpot_n;
-                pairs.dashpot_t[slot] = f.dashpot_t;
+                pairs.lossy_n[slot] = f.lossy_n;
+                pairs.lossy_t[slot] = f.lossy_t;
+                pairs.slides[slot] = f.slides;
             }
         }
         g.fx[i] += fx;
         g.fy[i] += fy;
         g.torque[i] += torque;
     }
-    if constexpr (F.ledger) {
-        state.booked.sliding += books.sliding;
-        state.booked.touch += books.touch;
-    }
+    if constexpr (F.ledger) books.add_to(state.booked);
 }
 
 template <Features F>
@@ -166,29 +245,32 @@ void add_wall_forces(Setup const& setup, State& state, std::size_t w, double dt)
         double const overlap = g.radius[i] - dot(Vec2{g.x[i], g.y[i]} - wall.point, wall.normal);
         if (overlap <= 0.0) {
             if constexpr (F.ledger) {
-                book_opening(wall.normal_force, wall.tangential_force, overlap, dt * c.closing(half_step(g, i), rest),
-                             contacts.spring[k], books);
-                contacts.dashpot_n[k] = contacts.dashpot_t[k] = 0.0;
+                Motion const hi = half_step(g, i);
+                book_opening(wall.normal_force, wall.tangential_force, overlap, dt * c.closing(hi, rest),
+                             dt * c.slip(hi, rest), contacts.spring[k], books);
+                contacts.lossy_n[k] = contacts.lossy_t[k] = 0.0;
             }
             contacts.spring[k] = 0.0;
             continue;
         }
-        Forces const f =
-            contact_forces<F>(wall.normal_force, wall.tangential_force, dt, c, predicted(g, i), rest, half_step(g, i),
-                              rest, overlap, std::sqrt(g.mass[i]), contacts.spring[k], books);
+        Touching const touching =
+            touching_of(c, overlap, std::sqrt(g.mass[i]), dt, predicted(g, i), rest, half_step(g, i), rest);
+        auto const turning = [&] { return c.arm_i * c.arm_i / g.inertia[i]; };
+        Forces const f = contact_forces<F>(wall.normal_force, wall.tangential_force, dt, touching, turning,
+                                           contacts.spring[k], books);
+        if (f.fresh) [[unlikely]]
+            push(g, i, 1.0, c.arm_i, c, f);
         Vec2 const force = f.normal * c.normal - f.tangential * tangent_of(c.normal);
         g.fx[i] += force.x;
         g.fy[i] += force.y;
         g.torque[i] += c.arm_i * f.tangential;
         if constexpr (F.ledger) {
-            contacts.dashpot_n[k] = f.dashpot_n;
-            contacts.dashpot_t[k] = f.dashpot_t;
+            contacts.lossy_n[k] = f.lossy_n;
+            contacts.lossy_t[k] = f.lossy_t;
+            contacts.slides[k] = f.slides;
         }
     }
-    if constexpr (F.ledger) {
-        state.booked.sliding += books.sliding;
-        state.booked.touch += books.touch;
-    }
+    if constexpr (F.ledger) books.add_to(state.booked);
 }
 
 }  // namespace
@@ -208,30 +290,29 @@ template void evaluate_contacts<Features{.friction = true}>(Setup const&, State&
 template void evaluate_contacts<Features{.ledger = true}>(Setup const&, State&, double) noexcept;
 template void evaluate_contacts<Features{.friction = true, .ledger = true}>(Setup const&, State&, double) noexcept;
 
-void evaluate_dashpot_power(Setup const& setup, State& state) noexcept
+void evaluate_lossy_power(Setup const& setup, State& state) noexcept
 {
     Grains const& g = state.grains;
-    Pairs const& pairs = state.pairs;
-    state.power_n = state.power_t = 0.0;
-    auto add = [&](Contact const& c, Motion const& i, Motion const& j, double dashpot_n, double dashpot_t) {
-        state.power_n += dashpot_n * c.closing(i, j);
-        state.power_t += dashpot_t * c.slip(i, j);
+    State::Power power;
+    auto add = [&](Contact const& c, Motion const& i, Motion const& j, auto const& list, std::size_t at) {
+        power.normal += list.lossy_n[at] * c.closing(i, j);
+        (list.slides[at] ? power.sliding : power.tangential) += list.lossy_t[at] * c.slip(i, j);
     };
     for (std::size_t i = 0; i < g.size(); ++i)
-        for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
-            std::size_t const j = pairs.other[slot];
+        for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
+            std::size_t const j = state.pairs.other[slot];
             Vec2 const apart = Vec2{g.x[i], g.y[i]} - Vec2{g.x[j], g.y[j]};
             Contact const c = contact_of(apart, std::sqrt(dot(apart, apart)), g.radius[i], g.radius[j]);
-            add(c, predicted(g, i), predicted(g, j), pairs.dashpot_n[slot], pairs.dashpot_t[slot]);
+            add(c, predicted(g, i), predicted(g, j), state.pairs, slot);
         }
     for (std::size_t w = 0; w < setup.walls.size(); ++w) {
         WallContacts const& contacts = state.wall_contacts[w];
         for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
             std::size_t const i = contacts.grain[k];
-            Contact const c{setup.walls[w].normal, g.radius[i], 0.0};
-            add(c, predicted(g, i), Motion{}, contacts.dashpot_n[k], contacts.dashpot_t[k]);
+            add(Contact{setup.walls[w].normal, g.radius[i], 0.0}, predicted(g, i), Motion{}, contacts, k);
         }
     }
+    state.power = power;
 }
 
 Elastic elastic_energy_of_pairs(Setup const& setup, State const& state) noexcept

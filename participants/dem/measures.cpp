@@ -127,19 +127,22 @@ double packing_fraction(Grains const& g, Vec2 lower, Vec2 upper)
     return area / ((upper.x - lower.x) * (upper.y - lower.y));
 }
 
-Vec2 wall_force(Solver const& solver, std::size_t w)
+Vec2 wall_reaction(Solver const& solver, std::size_t w)
 {
     Grains const& g = solver.grains();
     Wall const& wall = solver.setup().walls[w];
     WallContacts const& contacts = solver.state().wall_contacts[w];
+    TangentialForce const& law = wall.tangential_force;
     Vec2 sum;
     for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
         std::size_t const i = contacts.grain[k];
-        double const overlap = wall_overlap(g, wall, i);
+        double const overlap = wall_overlap(g, wall, i), sqrt_mass = std::sqrt(g.mass[i]);
         if (overlap <= 0.0) continue;
-        double const closing = -dot(Vec2{g.vx[i], g.vy[i]}, wall.normal);
-        sum.x += wall.normal_force(overlap, closing, std::sqrt(g.mass[i]));
-        sum.y += wall.tangential_force.stiffness * contacts.spring[k];
+        Vec2 const velocity{g.vx[i], g.vy[i]}, tangent = tangent_of(wall.normal);
+        double const normal = wall.normal_force(overlap, -dot(velocity, wall.normal), sqrt_mass);
+        double const slip = dot(velocity, tangent) - g.radius[i] * g.spin[i];
+        double const tangential = law.stiffness * contacts.spring[k] + law.damping * sqrt_mass * slip;
+        sum = sum + normal * wall.normal - tangential * tangent;
     }
     return sum;
 }

@@ -24,7 +24,7 @@ Measures measure(Solver const& solver);
 //! Area of discs over area within a rectangle [-]: the packing fraction, by clipping each disc.
 double packing_fraction(Grains const& grains, Vec2 lower, Vec2 upper);
 
-//! Force of all grains on a wall, along its normal outwards (pressing it: > 0) and along its tangent [N].
-Vec2 wall_force(Solver const& solver, std::size_t wall);
+//! Force of a wall on all its grains [N], from the current overlaps, elongations and velocities.
+Vec2 wall_reaction(Solver const& solver, std::size_t wall);
 
 }  // namespace dem

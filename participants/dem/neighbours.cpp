@@ -84,8 +84,9 @@ void rebuild_pairs(Setup const& setup, State& state)
     pairs.spring.assign(pairs.other.size(), 0.0);
     pairs.sqrt_mass.resize(pairs.other.size());
     if (setup.features.ledger) {
-        pairs.dashpot_n.assign(pairs.other.size(), 0.0);
-        pairs.dashpot_t.assign(pairs.other.size(), 0.0);
+        pairs.lossy_n.assign(pairs.other.size(), 0.0);
+        pairs.lossy_t.assign(pairs.other.size(), 0.0);
+        pairs.slides.assign(pairs.other.size(), 0);
     }
     auto const& mass = state.grains.mass;
     for (std::size_t i = 0; i < mass.size(); ++i)
@@ -111,8 +112,9 @@ void rebuild_wall(Wall const& wall, Setup const& setup, Grains const& g, WallCon
     }
     fresh.active = contacts.active;
     if (setup.features.ledger) {
-        fresh.dashpot_n.assign(fresh.grain.size(), 0.0);
-        fresh.dashpot_t.assign(fresh.grain.size(), 0.0);
+        fresh.lossy_n.assign(fresh.grain.size(), 0.0);
+        fresh.lossy_t.assign(fresh.grain.size(), 0.0);
+        fresh.slides.assign(fresh.grain.size(), 0);
     }
     contacts = std::move(fresh);
 }

@@ -66,7 +66,7 @@ Solver::Solver(Setup setup, Grains grains, std::span<SpringRecord const> springs
     rebuild_lists(setup_, state_);
     set_springs(state_, springs);
     evaluate_(setup_, state_, 0.0);
-    if (setup_.features.ledger) evaluate_dashpot_power(setup_, state_);
+    if (setup_.features.ledger) evaluate_lossy_power(setup_, state_);
 }
 
 void Solver::remove_walls(double now)
@@ -78,13 +78,13 @@ void Solver::remove_walls(double now)
             Elastic const gone = elastic_energy_of_wall(setup_, state_, w);
             state_.booked.removed_walls += gone.normal + gone.tangential;
         }
-        state_.wall_contacts[w] =
-            WallContacts{.active = false, .grain = {}, .spring = {}, .dashpot_n = {}, .dashpot_t = {}};
+        state_.wall_contacts[w] = WallContacts{};
+        state_.wall_contacts[w].active = false;
         removed = true;
     }
     if (!removed) return;
     evaluate_(setup_, state_, 0.0);
-    if (setup_.features.ledger) evaluate_dashpot_power(setup_, state_);
+    if (setup_.features.ledger) evaluate_lossy_power(setup_, state_);
 }
 
 void Solver::drift(double dt)
@@ -139,15 +139,17 @@ void Solver::kick(double dt)
     }
 }
 
-//! The dashpots' work by the trapezium of their power at full steps: with velocity Verlet this is the work that changed
-//! the kinetic energy, up to a term dt^2 F^2 / (8 m) that does not grow. The external force is constant over a step.
+//! The work of what is not elastic, by the trapezium of its power at full steps: with velocity Verlet this is the work
+//! that changed the kinetic energy, up to a term dt^2 F^2 / (8 m) that does not grow. The external force is constant
+//! over a step.
 void Solver::book_step(double dt)
 {
     Grains const& g = state_.grains;
-    double const before_n = state_.power_n, before_t = state_.power_t;
-    evaluate_dashpot_power(setup_, state_);
-    state_.booked.normal_dashpot += 0.5 * dt * (before_n + state_.power_n);
-    state_.booked.tangential_dashpot += 0.5 * dt * (before_t + state_.power_t);
+    State::Power const before = state_.power;
+    evaluate_lossy_power(setup_, state_);
+    state_.booked.normal_dashpot += 0.5 * dt * (before.normal + state_.power.normal);
+    state_.booked.tangential_dashpot += 0.5 * dt * (before.tangential + state_.power.tangential);
+    state_.booked.sliding += 0.5 * dt * (before.sliding + state_.power.sliding);
     double power = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i)
         power +=

@@ -49,9 +49,10 @@ struct Pairs
 {
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> other;
-    std::vector<double> spring;                //!< tangential elongation zeta [m]; 0 where the pair does not touch
-    std::vector<double> sqrt_mass;             //!< sqrt(m*) [sqrt(kg)]
-    std::vector<double> dashpot_n, dashpot_t;  //!< forces of the dashpots [N]; for the energy ledger only
+    std::vector<double> spring;            //!< tangential elongation zeta [m]; 0 where the pair does not touch
+    std::vector<double> sqrt_mass;         //!< sqrt(m*) [sqrt(kg)]
+    std::vector<double> lossy_n, lossy_t;  //!< forces less their elastic part [N]; for the energy ledger only
+    std::vector<std::uint8_t> slides;      //!< 1 where the contact is at its friction limit; ledger only
 };
 
 //! The grains near one wall, ascending, with their history.
@@ -60,7 +61,8 @@ struct WallContacts
     bool active = true;  //!< false once the wall has been removed
     std::vector<std::uint32_t> grain;
     std::vector<double> spring;  //!< [m]
-    std::vector<double> dashpot_n, dashpot_t;
+    std::vector<double> lossy_n, lossy_t;
+    std::vector<std::uint8_t> slides;
 };
 
 //! The elongations of touching contacts, free of list layout: what has to be kept to continue a state.
@@ -93,7 +95,10 @@ struct State
     std::vector<double> built_x, built_y;     //!< centres when the lists were built [m]
     std::int64_t rebuilds = 0;
     Booked booked;
-    double power_n = 0.0, power_t = 0.0;  //!< of the dashpots at the current time [W]; ledger only
+    struct Power  //!< of the forces that are not elastic, at the current time [W]; ledger only
+    {
+        double normal = 0.0, tangential = 0.0, sliding = 0.0;
+    } power;
 };
 
 //! What a scene needs; chosen once per run.

@@ -20,6 +20,7 @@ struct TangentialForce
     {
         double force;   //!< spring + dashpot after the limit [N]
         double spring;  //!< elongation after the cut [m]
+        bool slides;
     };
 
     //! zeta [m], already stretched by this step's slip; s [m/s]; Fn [N]; sqrt(m*) [sqrt(kg)]
@@ -30,7 +31,7 @@ struct TangentialForce
         double const limit = friction * normal_force;
         bool const sticks = std::abs(trial) <= limit;
         double const force = sticks ? trial : std::copysign(limit, trial);
-        return {force, sticks ? spring : (force - dashpot) * inverse_stiffness};
+        return {force, sticks ? spring : (force - dashpot) * inverse_stiffness, !sticks};
     }
 };
 

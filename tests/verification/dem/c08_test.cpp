@@ -1,0 +1,133 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "participants/dem/random.hpp"
+#include "participants/dem/restitution.hpp"
+#include "participants/dem/setup.hpp"
+#include "tests/support/verification.hpp"
+#include "tests/verification/dem/scenes.hpp"
+
+//! C08 (3): invariants of the solver alone; marks of the benchmark file C08_conservation.csv.
+namespace {
+
+using namespace scenes;
+
+//! Discs of 1 to 1.8 mm on a jittered grid of `side` x `side` cells of 2.5 mm, velocities uniform in +-1 m/s.
+dem::Grains gas(int side, std::uint64_t seed)
+{
+    dem::Random random(seed);
+    dem::Grains g;
+    double const cell = 2.5e-3;
+    for (int i = 0; i < side * side; ++i) {
+        double const radius = random.uniform(0.5e-3, 0.9e-3);
+        double const x = (i % side) * cell + random.uniform(radius, cell - radius);
+        double const y = (i / side) * cell + random.uniform(radius, cell - radius);
+        double const vx = random.uniform(-1.0, 1.0), vy = random.uniform(-1.0, 1.0);
+        g.add({x, y}, radius, 2650.0, {vx, vy}, random.uniform(-1000.0, 1000.0));
+    }
+    return g;
+}
+
+double const lightest_contact = dem::contact_time(1e6, 0.0, 0.5 * 2650.0 * std::numbers::pi * 0.5e-3 * 0.5e-3);
+
+struct Momentum
+{
+    double x = 0.0, y = 0.0, angular = 0.0, scale = 0.0, angular_scale = 0.0;
+};
+Momentum momentum(dem::Grains const& g)
+{
+    Momentum p;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        p.x += g.mass[i] * g.vx[i];
+        p.y += g.mass[i] * g.vy[i];
+        double const orbital = g.mass[i] * (g.x[i] * g.vy[i] - g.y[i] * g.vx[i]), own = g.inertia[i] * g.spin[i];
+        p.angular += orbital + own;
+        p.angular_scale += std::abs(orbital) + std::abs(own);
+        p.scale += g.mass[i] * std::hypot(g.vx[i], g.vy[i]);
+    }
+    return p;
+}
+
+//! Energy error of a frictionless, undamped gas of 14 x 14 + 4 = 200 discs in a box: at the end, and the largest.
+struct Drift
+{
+    double end = 0.0, largest = 0.0;
+};
+Drift gas_drift(double steps_per_contact, int steps)
+{
+    dem::Setup s = setup({}, {}, 0.3e-3);
+    double const width = 14 * 2.5e-3, height = width + 2.5e-3;
+    add_wall(s, {0.0, 0.0}, {1.0, 0.0});
+    add_wall(s, {0.0, 0.0}, {0.0, 1.0});
+    add_wall(s, {width, 0.0}, {-1.0, 0.0});
+    add_wall(s, {0.0, height}, {0.0, -1.0});
+    dem::Grains g = gas(14, 7);
+    for (int k = 0; k < 4; ++k) g.add({(k + 0.5) * 2.5e-3, width + 1.25e-3}, 0.7e-3, 2650.0, {0.5, -0.5});
+    dem::Solver solver(s, g);
+    double const start = solver.energies().held();
+    Drift d;
+    for (int n = 1; n <= steps; ++n) {
+        solver.step(lightest_contact / steps_per_contact);
+        if (n % 100 == 0) d.largest = std::max(d.largest, std::abs(solver.energies().held() / start - 1.0));
+    }
+    d.end = std::abs(solver.energies().held() / start - 1.0);
+    return d;
+}
+
+}  // namespace
+
+TEST_CASE("C08: contacts with friction and damping keep momentum and angular momentum")
+{
+    verification::Stopwatch watch;
+    dem::Setup const s = setup({.damping_ratio = 0.2, .tangential_damping = 0.2, .friction = 0.5}, {}, 0.3e-3);
+    dem::Solver solver(s, gas(10, 3));
+    Momentum const before = momentum(solver.grains());
+    for (int n = 0; n < 20000; ++n) solver.step(lightest_contact / 50.0);
+    Momentum const after = momentum(solver.grains());
+    double const linear = std::hypot(after.x - before.x, after.y - before.y) / before.scale;
+    double const angular = std::abs(after.angular - before.angular) / before.angular_scale;
+    CHECK(verification::report(
+        {"C08", "momentum of 100 discs, 20000 steps", linear, 0.0, linear, 1e-13, watch.seconds()}));
+    CHECK(verification::report(
+        {"C08", "angular momentum of 100 discs, 20000 steps", angular, 0.0, angular, 1e-12, watch.seconds()}));
+}
+
+TEST_CASE("C08: an undamped, frictionless gas keeps its energy")
+{
+    verification::Stopwatch watch;
+    Drift const d = gas_drift(50.0, 100000);
+    CHECK(verification::report(
+        {"C08", "energy of 200 discs after 1e5 steps, t_c/50", 1.0 + d.end, 1.0, d.end, 1e-3, watch.seconds()}));
+    verification::Stopwatch slope_watch;
+    double const coarse = gas_drift(25.0, 20000).largest, fine = gas_drift(100.0, 80000).largest;
+    double const order = std::log(coarse / fine) / std::log(4.0);
+    std::printf("C08   largest energy error in equal times: t_c/25 %.3e, t_c/100 %.3e\n", coarse, fine);
+    CHECK(verification::report(
+        {"C08", "order of the energy error in dt (2)", order, 2.0, std::abs(order - 2.0), 0.5, slope_watch.seconds()}));
+}
+
+TEST_CASE("C08: the energy ledger of a damped, frictional collapse closes")
+{
+    verification::Stopwatch watch;
+    dem::Config const config = column(300, 1.0);
+    dem::Solver solver = dem::make_solver(config, dem::pour_packing(config), dem::Ledger::on);
+    dem::Energies const start = solver.energies();
+    double worst = 0.0;
+    while (solver.time() < 0.3) {
+        for (int n = 0; n < 500; ++n) solver.step(config.step);
+        worst = std::max(worst, std::abs(solver.energies().balance() / start.balance() - 1.0));
+    }
+    dem::Energies const e = solver.energies();
+    std::printf(
+        "C08   J: potential %.4e -> %.4e, kinetic %.1e, dashpots %.3e + %.3e, sliding %.3e, gate %.1e, touch %.1e\n",
+        start.potential, e.potential, e.kinetic(), e.normal_dashpot, e.tangential_dashpot, e.sliding, e.removed_walls,
+        e.touch);
+    CHECK(verification::report(
+        {"C08", "ledger of a collapse, largest gap / initial energy", worst, 0.0, worst, 1e-6, watch.seconds()}));
+    double const touch = std::abs(e.touch) / start.balance();
+    CHECK(verification::report(
+        {"C08", "of it booked as touch / initial energy", touch, 0.0, touch, 1e-4, watch.seconds()}));
+}
