@@ -24,7 +24,7 @@ th { font-weight: 600; } td.n, th.n { text-align: right; }
          font-weight: 600; }
 .good { color: #00684b; } .bad { color: #a32100; }
 .note { border-left: 3px solid #E69F00; background: #fdf6e7; padding: .5rem .8rem; margin: .5rem 0; }
-pre { background: #f6f8fa; padding: .9rem; overflow-x: auto; font-size: .85rem; line-height: 1.45; border-radius: .3rem; }
+pre { background: #f6f8fa; padding: .9rem; overflow-x: auto; font-size: .85rem; line-height: 1.45; }
 summary { cursor: pointer; color: var(--accent); } code { font-size: .9em; }
 @media print { body { max-width: none; padding: 0; font-size: 11pt; } h2 { break-after: avoid; }
                figure, table, .note { break-inside: avoid; } details > pre { white-space: pre-wrap; } }
@@ -52,8 +52,10 @@ def notes(texts):
     return "\n".join(f"<div class=\"note\">{escape(str(text))}</div>" for text in texts)
 
 
-def picture(data, alt, caption=""):
-    """`data`: bytes of a PNG or an SVG, embedded."""
+def picture(data, alt, caption="", otherwise=""):
+    """`data`: bytes of a PNG or an SVG, embedded; without data the sentence `otherwise`."""
+    if not data:
+        return paragraph(otherwise, "soft")
     below = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
     return f"<figure><img alt=\"{escape(alt)}\" src=\"{style.data_uri(data)}\">{below}</figure>"
 

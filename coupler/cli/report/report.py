@@ -78,7 +78,8 @@ def heading(run):
     words = [summary.get("scene"), f"{summary['dimension']}D" if "dimension" in summary else None,
              f"transport {summary['transport']}" if summary.get("transport") else None]
     line = page.escape(" · ".join(w for w in words if w))
-    return f"<h1>{page.escape(run.title)}</h1>\n<p class=\"soft\">{badge}{line}</p>"
+    why = page.notes([summary["message"]]) if code and summary.get("message") else ""
+    return f"<h1>{page.escape(run.title)}</h1>\n<p class=\"soft\">{badge}{line}</p>{why}"
 
 
 def key_facts(run):
@@ -99,57 +100,65 @@ def key_facts(run):
                         page.table(["participant", "solver", "fact", "#value"], rows))
 
 
+def svg(run, what, make):
+    """The SVG of the figure that make() draws; None when there is nothing to draw, or when that fails."""
+    def draw():
+        figure = make()
+        return style.as_svg(figure) if figure else None
+
+    return guarded(run, what, draw)
+
+
 def time_section(run):
     rows = []
     for p in run.participants:
         share = curves.shares(p)
-        cells = [f"{seconds(p.get(f'{kind}_seconds'))}" + (f"  ({100 * share[i]:.1f} %)" if share else "")
+        cells = [seconds(p.get(f"{kind}_seconds")) + (f"  ({100 * share[i]:.1f} %)" if share else "")
                  for i, kind in enumerate(("compute", "wait", "exchange"))]
-        rows.append([p.get("name", "?"), p.get("solver", "?"), *cells, size(p.get("bytes_sent")), p.get("windows", "–")])
-    if not rows:
-        return page.section("time", "Where the time went",
-                            page.paragraph("Not known: summary.json names no participants.", "soft"))
-    figure = guarded(run, "The shares of time", lambda: curves.time_figure(run))
+        rows.append([p.get("name", "?"), p.get("solver", "?"), *cells, size(p.get("bytes_sent")),
+                     p.get("windows", "–")])
+    figure = svg(run, "The shares of time", lambda: curves.time_figure(run))
+    trace = " trace.json beside this page shows the windows one by one (open it in Perfetto)."
     return page.section(
         "time", "Where the time went",
-        page.picture(style.as_svg(figure), "Bars: share of compute, wait and exchange per participant") if figure else "",
-        page.table(["participant", "solver", "#compute", "#wait", "#exchange", "#sent", "#windows"], rows),
-        page.paragraph("Wait: blocked until the other side's data came. Exchange: packing, sending, receiving. trace.json "
-                       "beside this page shows every window (open it in Perfetto).", "soft")
-        if os.path.exists(run.path("trace.json")) else "")
+        page.picture(figure, "Bars: share of compute, wait and exchange per participant",
+                     "Wait: blocked until the other side's data came. Exchange: packing, sending, receiving."
+                     + trace * os.path.exists(run.path("trace.json")),
+                     "Not known: summary.json holds no times."),
+        page.table(["participant", "solver", "#compute", "#wait", "#exchange", "#sent", "#windows"], rows))
 
 
 def curve_sections(run):
-    kinematics = guarded(run, "Run-out and height", lambda: curves.kinematics_figure([run]))
-    kinetic = guarded(run, "Kinetic energy", lambda: curves.kinetic_figure([run]))
+    kinematics = svg(run, "Run-out and height", lambda: curves.kinematics_figure([run]))
+    kinetic = svg(run, "Kinetic energy", lambda: curves.kinetic_figure([run]))
     ledger, closing = guarded(run, "The energy ledger", lambda: curves.ledger_figure(run)) or (None, "")
+    ledger = svg(run, "The energy ledger", lambda: ledger)
     return [
-        page.section("run-out", "Run-out and height",
-                     page.picture(style.as_svg(kinematics), "Run-out and height of the column against time")
-                     if kinematics else page.paragraph("series.csv has no run_out or height, or L0 and H0 are unknown.", "soft")),
-        page.section("energy", "Energy",
-                     page.picture(style.as_svg(kinetic), "Kinetic energy against time") if kinetic else
-                     page.paragraph("series.csv has no kinetic energy.", "soft"),
-                     page.picture(style.as_svg(ledger), "Where the released potential energy is, stacked, against time",
-                                  "Where the released potential energy is. " + closing) if ledger else
-                     page.paragraph("series.csv has no energy ledger (potential, dissipated_..., elastic).", "soft")),
+        page.section("run-out", "Run-out and height", page.picture(
+            kinematics, "Run-out and height of the column against time",
+            otherwise="series.csv has no run_out or height, or L0 and H0 are unknown.")),
+        page.section("energy", "Energy", page.picture(
+            kinetic, "Kinetic energy against time", otherwise="series.csv has no kinetic energy."), page.picture(
+            ledger, "Where the released potential energy is, stacked, against time",
+            "Where the released potential energy is. " + closing,
+            "series.csv has no energy ledger (potential, elastic, dissipated_...).")),
     ]
 
 
 def snapshot_sections(run):
-    if not run.grains:
+    if not run.shown:
         return [page.section("snapshots", "Snapshots",
-                             page.paragraph("There is no archive of the grains to draw: see the end of the page.", "soft"))]
-    below = " over the fluid, coloured by speed" if run.fluid else ""
+                             page.paragraph("There is no archive of grains or fluid to draw.", "soft"))]
+    caption = ("Speed of the fluid." if not run.grains else "Grains true to scale, coloured by speed, over the fluid's "
+               "speed." if run.fluid else "Grains true to scale, coloured by speed.")
     figure = guarded(run, "Snapshots", lambda: style.as_png(snapshots.snapshot_figure(run)))
     sections = [page.section("snapshots", "Snapshots", page.picture(
-        figure, "Grains at several times, coloured by speed",
-        f"Grains true to scale, coloured by speed{below}. One scale for all panels.") if figure else "")]
+        figure, "The run at several times, coloured by speed", caption + " One scale for all panels."))]
     if run.fluid and run.fluid.has("vorticity"):
         spin = guarded(run, "Vorticity", lambda: style.as_png(snapshots.snapshot_figure(run, vorticity=True)))
         sections.append(page.section("vorticity", "Vorticity", page.picture(
             spin, "Vorticity of the fluid at several times, grains in grey",
-            "Vorticity of the fluid; grains in grey. Red turns counter-clockwise, blue clockwise.") if spin else ""))
+            "Vorticity of the fluid. Red turns counter-clockwise, blue clockwise.")))
     elif run.fluid:
         run.missing.append(f"{run.fluid_name}.h5 holds no vorticity; it is not shown.")
     return sections
@@ -168,6 +177,8 @@ def warning_section(run):
     texts = [str(w) for w in run.summary.get("warnings") or []]
     texts += [f"{p.get('name', '?')}: {w}" for p in run.participants for w in (p.get("warnings") or [])]
     texts += [f"{p.get('name', '?')} stopped with exit {p['exit']}." for p in run.participants if p.get("exit")]
+    texts += [f"{p.get('name', '?')} left no summary: it was killed, or never began." for p in run.participants
+              if p.get("exit", 0) is None]
     return page.section("warnings", "Warnings", page.notes(dict.fromkeys(texts)) or page.paragraph("None.", "soft"))
 
 
@@ -186,7 +197,7 @@ def missing_section(runs):
 
 def write_picture(run):
     """RUN_DIR/picture.png: the busiest moment."""
-    if not run.grains:
+    if not run.shown:
         return
     data = guarded(run, "picture.png", lambda: style.as_png(snapshots.picture(run), dots_per_inch=140))
     if data:
@@ -212,33 +223,32 @@ def comparison_table(runs):
         rows.append([run.title, number(last(curves.run_out, run)), number(last(curves.height, run)),
                      number(float(energy.max())) if len(energy) else "–", seconds(run.time_scale),
                      seconds(run.summary.get("wall_seconds"))])
-    return page.table(["run", "#final run-out", "#final height H/H₀", "#largest kinetic energy [J/m]", "#τc", "#took"], rows)
+    return page.table(["run", "#final run-out", "#final height H/H₀", "#largest kinetic energy [J/m]", "#τc", "#took"],
+                      rows)
 
 
 def comparison_page(runs):
     for run in runs:
         write_picture(run)
     first = runs[0]
-    kinematics = guarded(first, "Run-out and height", lambda: curves.kinematics_figure(runs))
-    kinetic = guarded(first, "Kinetic energy", lambda: curves.kinetic_figure(runs))
-    drawn = [run for run in runs if run.grains]
-    final = guarded(first, "Last snapshots", lambda: style.as_png(snapshots.last_figure(runs))) if drawn else None
+    kinematics = svg(first, "Run-out and height", lambda: curves.kinematics_figure(runs))
+    kinetic = svg(first, "Kinetic energy", lambda: curves.kinetic_figure(runs))
+    final = None
+    if any(run.shown for run in runs):
+        final = guarded(first, "The last snapshots", lambda: style.as_png(snapshots.last_figure(runs)))
     title = f"Comparison of {len(runs)} runs"
     return page.document(title, [
         f"<h1>{title}</h1>",
         page.paragraph(" · ".join(run.title for run in runs), "soft"),
         page.section("facts", "In short", comparison_table(runs)),
-        page.section("run-out", "Run-out and height",
-                     page.picture(style.as_svg(kinematics), "Run-out and height of all runs against time",
-                                  "Each run in its own τc = √(H₀/g).") if kinematics else
-                     page.paragraph("No run has run_out or height in its series.csv.", "soft")),
-        page.section("energy", "Kinetic energy",
-                     page.picture(style.as_svg(kinetic), "Kinetic energy of all runs against time") if kinetic else
-                     page.paragraph("No run has kinetic energy in its series.csv.", "soft")),
-        page.section("snapshots", "At the end",
-                     page.picture(final, "Last snapshots of all runs", "The last snapshots in the same window, on the same "
-                                  "scales of speed.") if final else
-                     page.paragraph("No run has an archive of its grains.", "soft")),
+        page.section("run-out", "Run-out and height", page.picture(
+            kinematics, "Run-out and height of all runs against time", "Each run in its own τc = √(H₀/g).",
+            "No run has run_out or height in its series.csv.")),
+        page.section("energy", "Kinetic energy", page.picture(
+            kinetic, "Kinetic energy of all runs against time", otherwise="No run has it in its series.csv.")),
+        page.section("snapshots", "At the end", page.picture(
+            final, "Last snapshots of all runs", "The last snapshots in the same window, on the same scales of speed.",
+            "No run has an archive to draw.")),
         page.section("scene", "Scenes", *[page.folded(run.title, run.scene) for run in runs]),
         page.section("versions", "Versions", page.table(
             ["run", "sluice", "scene hash"],

@@ -8,6 +8,7 @@ import os
 import numpy
 
 GRAINS, FLUID, CONTINUUM = ("dem", "liggghts"), ("lbm",), ("mpm",)
+KNOWN = GRAINS + FLUID + CONTINUUM
 
 
 class Archive:
@@ -39,8 +40,8 @@ class Run:
         self.series = self._read_series()
         self.scene = self._read_text("scene.yaml", "the scene's text cannot be shown")
         self.participants = [p for p in self.summary.get("participants", []) if isinstance(p, dict)]
-        self.grains_name, self.grains = self._open(GRAINS + CONTINUUM, ("position",), "pictures of the grains")
-        self.fluid_name, self.fluid = self._open(FLUID, ("velocity",), None)
+        self.grains_name, self.grains = self._open(GRAINS + CONTINUUM, "position")
+        self.fluid_name, self.fluid = self._open(FLUID, "spacing")
         self.title = self.summary.get("title") or os.path.basename(os.path.abspath(folder))
         self.gravity = float(numpy.linalg.norm(self.summary.get("gravity") or [9.81]))
         self.height0 = self._fact("H0 [m]", "height")
@@ -86,31 +87,34 @@ class Run:
                     pass
         return {header: table[:, k] for k, header in enumerate(rows[0])}
 
-    def _open(self, solvers, datasets, consequence):
-        """(name, Archive) of the first participant with one of these solvers; without a summary, of any fitting file."""
-        names = [p.get("name", "") for solver in solvers for p in self.participants if p.get("solver") == solver]
-        if not self.participants and os.path.isdir(self.folder):
-            files = sorted(f[:-3] for f in os.listdir(self.folder) if f.endswith(".h5") and f != "archive.h5")
-            names = [f for f in files if self._fits(f, datasets, solvers)]
-        for name in names:
+    def _open(self, solvers, mark):
+        """(name, Archive) of the first participant with such a solver, else of the first archive with the mark."""
+        names = [p.get("name", "") for solver in solvers for p in self.participants
+                 if os.path.basename(str(p.get("solver"))) == solver]
+        for name in names or self._marked(mark):
             try:
                 return name, Archive(self.path(name + ".h5"))
             except ImportError:
                 self.missing.append("h5py is not installed (Debian package python3-h5py); pictures cannot be drawn.")
             except (OSError, KeyError) as error:
-                reason = "does not exist" if not os.path.exists(self.path(name + ".h5")) else f"cannot be read ({error})"
+                exists = os.path.exists(self.path(name + ".h5"))
+                reason = f"cannot be read ({error})" if exists else "does not exist"
                 self.missing.append(f"{name}.h5 {reason}; pictures of {name} cannot be drawn.")
             return name, None
-        if consequence and not names:
-            self.missing.append(f"no participant with positions was found; {consequence} cannot be drawn.")
-        return (names[0] if names else None), None
+        return None, None
 
-    def _fits(self, name, datasets, solvers):
-        try:
-            archive = Archive(self.path(name + ".h5"))
-            return all(archive.has(d) for d in datasets) and archive.has("position") == (solvers != FLUID)
-        except (ImportError, OSError, KeyError):
-            return False
+    def _marked(self, mark):
+        """Archives of solvers that we do not know by name: points have positions, lattices a spacing."""
+        known = {p.get("name") for p in self.participants if os.path.basename(str(p.get("solver"))) in KNOWN}
+        found = []
+        for name in sorted(f[:-3] for f in os.listdir(self.folder) if f.endswith(".h5")):
+            try:
+                archive = Archive(self.path(name + ".h5"))
+                if name not in known and (archive.has("position") if mark == "position" else mark in archive.file.attrs):
+                    found.append(name)
+            except (ImportError, OSError, KeyError):
+                pass
+        return found
 
     # -- values --------------------------------------------------------------------------------------------------------
 
@@ -148,6 +152,16 @@ class Run:
     def scaled(self, time):
         """Times on the plots' axis."""
         return numpy.asarray(time) / self.time_scale if self.time_scale else numpy.asarray(time)
+
+    @property
+    def shown(self):
+        """The archive whose steps the pictures follow, or None."""
+        return self.grains or self.fluid
+
+    @property
+    def upward(self):
+        """The name of the pictures' vertical axis."""
+        return "z" if self.summary.get("dimension") == 3 else "y"
 
     def clock(self, time):
         if self.time_scale:

@@ -1,4 +1,4 @@
-"""Pictures of the grains, true to scale, over the fluid. 2D as it is; of 3D runs the side view (x, z), middle plane of the fluid."""
+"""Pictures of the grains, true to scale, over the fluid. Of 3D runs: the side view (x, z), the fluid's middle plane."""
 
 import numpy
 from matplotlib.cm import ScalarMappable
@@ -64,7 +64,7 @@ class Fluid:
 
 def chosen_times(run, count=6):
     """Four to six times: the start, the collapse (in tau_c), the end; evenly spread when tau_c does not fit."""
-    times = run.grains.times
+    times = run.shown.times
     end = times[-1]
     if run.time_scale and end >= 3.5 * run.time_scale:
         wanted = numpy.array([0, 0.75, 1.5, 2.25, 3.0, end / run.time_scale]) * run.time_scale
@@ -75,18 +75,18 @@ def chosen_times(run, count=6):
 
 
 def busiest_time(run):
-    """The time at which the grains move most."""
-    return max(zip(run.grains.times, run.grains.steps),
+    """The time at which the grains, or the fluid alone, move most."""
+    return max(zip(run.shown.times, run.shown.steps),
                key=lambda pair: float(numpy.mean(numpy.square(pair[1]["velocity"][:]))) if "velocity" in pair[1]
                and len(pair[1]["velocity"]) else 0.0)[0]
 
 
 def view(run, times):
     """(x0, x1, y0, y1) [m] of the part worth showing, the same for all times."""
-    shown = [Grains(run.grains.nearest(t)) for t in times]
+    shown = [Grains(run.grains.nearest(t)) for t in times] if run.grains else []
     shown = [g for g in shown if len(g.x)]
     if not shown:
-        return (0.0, 1.0, 0.0, 1.0)
+        return Fluid(run.fluid, run.fluid.steps[0]).extent if run.fluid else (0.0, 1.0, 0.0, 1.0)
     x0, x1 = min((g.x - g.radius).min() for g in shown), max((g.x + g.radius).max() for g in shown)
     y0, y1 = min((g.y - g.radius).min() for g in shown), max((g.y + g.radius).max() for g in shown)
     margin = 0.12 * (y1 - y0)
@@ -111,9 +111,9 @@ class Scales:
     """Colour scales shared by all panels of a figure: robust maxima over the shown steps."""
 
     def __init__(self, run, times):
-        grains = [Grains(run.grains.nearest(t)).speed for t in times]
-        self.grains = Normalize(0, _top(grains, 99.0))
-        self.fluid = self.vorticity = None
+        self.grains = self.fluid = self.vorticity = None
+        if run.grains:
+            self.grains = Normalize(0, _top([Grains(run.grains.nearest(t)).speed for t in times], 99.0))
         if run.fluid:
             steps = [Fluid(run.fluid, run.fluid.nearest(t)) for t in times]
             self.fluid = Normalize(0, _top([s.speed for s in steps], 99.7))
@@ -129,7 +129,11 @@ class Scales:
             top = max((n.vmax for n in norms), default=None)
             for n in norms:
                 n.vmax = top
-        self.fluid = self.fluid or other.fluid
+        self.grains, self.fluid = self.grains or other.grains, self.fluid or other.fluid
+
+    def bars(self):
+        """How many colour bars a picture of speeds needs."""
+        return bool(self.grains) + bool(self.fluid)
 
 
 def _top(arrays, percentile):
@@ -146,13 +150,12 @@ def panel(axes, run, time, box, scales, vorticity=False):
         field = fluid.vorticity if vorticity else fluid.speed
         axes.imshow(field, origin="lower", extent=fluid.extent, cmap=SPIN if vorticity else WATER,
                     norm=scales.vorticity if vorticity else scales.fluid, interpolation="bilinear", zorder=0)
-    grains = Grains(run.grains.nearest(time))
-    width = 0.15 if len(grains.x) > 600 else 0.3
-    if vorticity:
-        discs(axes, grains, facecolors="#D8D4CC", edgecolors="#55504A", linewidths=width, zorder=2)
-    else:
-        discs(axes, grains, array=grains.speed, cmap=SAND, norm=scales.grains, edgecolors="#5B4A30", linewidths=width,
-              zorder=2)
+    if run.grains:
+        grains = Grains(run.grains.nearest(time))
+        width = 0.15 if len(grains.x) > 600 else 0.3
+        paint = ({"facecolors": "#D8D4CC", "edgecolors": "#55504A"} if vorticity else
+                 {"array": grains.speed, "cmap": SAND, "norm": scales.grains, "edgecolors": "#5B4A30"})
+        discs(axes, grains, linewidths=width, zorder=2, **paint)
     axes.set_xlim(box[0], box[1])
     axes.set_ylim(box[2], box[3])
     axes.set_aspect("equal")
@@ -166,7 +169,8 @@ def colour_bars(figure, axes, scales, vorticity=False, **options):
     if vorticity:
         bars.append((scales.vorticity, SPIN, "vorticity  [1/s]  (> 0: counter-clockwise)", "both"))
     else:
-        bars.append((scales.grains, SAND, "speed of the grains  [m/s]", "max"))
+        if scales.grains:
+            bars.append((scales.grains, SAND, "speed of the grains  [m/s]", "max"))
         if scales.fluid:
             bars.append((scales.fluid, WATER, "speed of the fluid  [m/s]", "max"))
     for norm, colours, label, extend in bars:
@@ -179,12 +183,12 @@ def _panel_size(box, width):
     return width * (box[3] - box[2]) / (box[1] - box[0])
 
 
-def finish_axes(axes, used):
+def finish_axes(axes, used, upward):
     """Hides the places that are not used and labels the outer axes of the others."""
     for place in axes.flat[used:]:
         place.set_visible(False)
     for place in axes[:, 0]:
-        place.set_ylabel("y  [m]")
+        place.set_ylabel(f"{upward}  [m]")
     for column in axes.T:
         lowest = [place for place in column if place.get_visible()]
         if lowest:
@@ -199,11 +203,12 @@ def snapshot_figure(run, vorticity=False):
     columns = 2 if box[1] - box[0] > 0.8 * (box[3] - box[2]) else 3
     rows = -(-len(times) // columns)
     high = min(4.5, max(0.9, _panel_size(box, 8.3 / columns))) + 0.42
-    figure, axes = pyplot.subplots(rows, columns, figsize=(9.2, rows * high + BAR_HEIGHT * (1 + bool(run.fluid and not vorticity))), layout="constrained", squeeze=False,
-                                   sharex=True, sharey=True)
+    bars = 1 if vorticity else scales.bars()
+    figure, axes = pyplot.subplots(rows, columns, figsize=(9.2, rows * high + BAR_HEIGHT * bars),
+                                   layout="constrained", squeeze=False, sharex=True, sharey=True)
     for place, time in zip(axes.flat, times):
         panel(place, run, time, box, scales, vorticity)
-    finish_axes(axes, len(times))
+    finish_axes(axes, len(times), run.upward)
     colour_bars(figure, axes, scales, vorticity, location="bottom", shrink=0.45, aspect=35, pad=0.02)
     return figure
 
@@ -213,19 +218,20 @@ def picture(run, time=None, vorticity=False, width=9.2):
     time = busiest_time(run) if time is None else time
     box, scales = view(run, chosen_times(run)), Scales(run, [time])
     high = min(6.0, max(1.2, _panel_size(box, width - 1.0)))
-    figure, axes = pyplot.subplots(figsize=(width, high + 0.7 + BAR_HEIGHT * (1 + bool(run.fluid and not vorticity))), layout="constrained")
+    bars = 1 if vorticity else scales.bars()
+    figure, axes = pyplot.subplots(figsize=(width, high + 0.7 + BAR_HEIGHT * bars), layout="constrained")
     panel(axes, run, time, box, scales, vorticity)
     axes.set_title(f"{run.title}\n{run.clock(time)}", loc="left", fontsize=10)
     axes.set_xlabel("x  [m]")
-    axes.set_ylabel("y  [m]")
+    axes.set_ylabel(f"{run.upward}  [m]")
     colour_bars(figure, axes, scales, vorticity, location="bottom", shrink=0.45, aspect=35, pad=0.02)
     return figure
 
 
 def last_figure(runs):
     """The last snapshots of several runs, one below the other, in the same window and on the same scales."""
-    runs = [run for run in runs if run.grains]
-    boxes = [view(run, [run.grains.times[0], run.grains.times[-1]]) for run in runs]
+    runs = [run for run in runs if run.shown]
+    boxes = [view(run, [run.shown.times[0], run.shown.times[-1]]) for run in runs]
     box = (min(b[0] for b in boxes), max(b[1] for b in boxes), min(b[2] for b in boxes), max(b[3] for b in boxes))
     scales = Scales(runs[0], chosen_times(runs[0]))
     for run in runs[1:]:
@@ -233,11 +239,11 @@ def last_figure(runs):
     columns = 2 if len(runs) > 1 and box[1] - box[0] < 3.2 * (box[3] - box[2]) else 1
     rows = -(-len(runs) // columns)
     high = min(4.0, max(0.9, _panel_size(box, 8.2 / columns))) + 0.55
-    figure, axes = pyplot.subplots(rows, columns, figsize=(9.2, high * rows + BAR_HEIGHT * (1 + bool(scales.fluid))), layout="constrained", squeeze=False,
-                                   sharex=True, sharey=True)
+    figure, axes = pyplot.subplots(rows, columns, figsize=(9.2, high * rows + BAR_HEIGHT * scales.bars()),
+                                   layout="constrained", squeeze=False, sharex=True, sharey=True)
     for place, run in zip(axes.flat, runs):
-        panel(place, run, run.grains.times[-1], box, scales)
-        place.set_title(f"{run.title}\n{run.clock(run.grains.times[-1])}", loc="left", fontsize=9)
-    finish_axes(axes, len(runs))
+        panel(place, run, run.shown.times[-1], box, scales)
+        place.set_title(f"{run.title}\n{run.clock(run.shown.times[-1])}", loc="left", fontsize=9)
+    finish_axes(axes, len(runs), runs[0].upward)
     colour_bars(figure, axes, scales, location="bottom", shrink=0.45, aspect=35, pad=0.02)
     return figure

@@ -165,7 +165,8 @@ def check_collection(folder, name, read):
         if archive is not None and step in archive["steps"]:
             compare_with_archive(full, frame, time, archive["steps"][step])
     against = "compared with its archive" if archive is not None else "no archive of that name"
-    print(f"{name}: {len(entries)} files, {min(counts, default=0)} to {max(counts, default=0)} points or cells, {against}")
+    extremes = f"{min(counts, default=0)} to {max(counts, default=0)}"
+    print(f"{name}: {len(entries)} files, {extremes} points or cells, {against}")
 
 
 def expect_sample(folder, read):

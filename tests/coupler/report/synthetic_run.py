@@ -74,7 +74,8 @@ def write_water(folder, times, slow):
             step = file.create_group(f"steps/{i:06}")
             step.attrs["time"] = time
             curl = numpy.gradient(velocity[..., 1], SPACING, axis=1) - numpy.gradient(velocity[..., 0], SPACING, axis=0)
-            for name, values in (("velocity", velocity), ("vorticity", curl), ("pressure", 0 * x), ("solid_fraction", 0 * x)):
+            fields = {"velocity": velocity, "vorticity": curl, "pressure": 0 * x, "solid_fraction": 0 * x}
+            for name, values in fields.items():
                 step.create_dataset(name, data=values.astype("f4"), compression="gzip", compression_opts=1, shuffle=True)
 
 
@@ -87,7 +88,8 @@ def write_series(folder, dry, slow, end):
     to_fluid = 0 if dry else 0.35
     columns = {
         "time [s]": time, "grains.run_out [m]": LENGTH * (1 + 1.1 * p), "grains.height [m]": HEIGHT * (1 - 0.15 * p),
-        "grains.kinetic [J/m]": kinetic, "grains.rotational [J/m]": 0.1 * kinetic, "grains.potential [J/m]": 1 - released,
+        "grains.kinetic [J/m]": kinetic, "grains.rotational [J/m]": 0.1 * kinetic,
+        "grains.potential [J/m]": 1 - released,
         "grains.elastic [J/m]": 0 * time, "grains.dissipated_normal [J/m]": (0.4 - to_fluid / 2) * rest,
         "grains.dissipated_tangential [J/m]": 0.1 * rest,
         "grains.dissipated_sliding [J/m]": (0.5 - to_fluid / 2) * rest, "grains.fluid_work [J/m]": -to_fluid * rest}
@@ -101,8 +103,8 @@ def write_series(folder, dry, slow, end):
 
 
 def write_summary(folder, title, dry, end, count):
-    grains = {"name": "grains", "solver": "dem", "exit": 0, "windows": 12000, "compute_seconds": 41.2, "wait_seconds": 18.3,
-              "exchange_seconds": 0.9, "bytes_sent": 480_000_000,
+    grains = {"name": "grains", "solver": "dem", "exit": 0, "windows": 12000, "compute_seconds": 41.2,
+              "wait_seconds": 18.3, "exchange_seconds": 0.9, "bytes_sent": 480_000_000,
               "facts": {"H0 [m]": HEIGHT, "L0 [m]": LENGTH, "grains": count}, "warnings": [],
               "skipped": [{"what": "pairs of sleeping grains", "why": "neither moved since the last list", "share": 0.41}]}
     water = {"name": "water", "solver": "lbm", "exit": 0, "windows": 12000, "compute_seconds": 57.9, "wait_seconds": 1.8,
@@ -110,9 +112,11 @@ def write_summary(folder, title, dry, end, count):
              "warnings": ["tau = 0.61: below 0.55 the lattice may become unstable"],
              "skipped": [{"what": "lattice tiles without fluid", "why": "they lie outside the box", "share": 0.12},
                          {"what": "grain cover in plain tiles", "why": "no grain is near", "share": 0.83}]}
-    summary = {"title": title, "scene": "immersed_column.yaml", "dimension": 2, "gravity": [0, -GRAVITY], "windows": 12000,
-               "window_seconds": end / 12000, "end_time": end, "wall_seconds": 62.4, "exit": 0, "version": "0.1.0",
-               "scene_hash": "5d0c0c9e5b7f2a11", "transport": "zmq", "participants": [grains] if dry else [grains, water],
+    summary = {"title": title, "scene": "immersed_column.yaml", "dimension": 2, "gravity": [0, -GRAVITY],
+               "windows": 12000, "window_seconds": end / 12000, "end_time": end,
+               "wall_seconds": 62.4, "exit": 0, "version": "0.1.0",
+               "scene_hash": "5d0c0c9e5b7f2a11", "transport": "zmq",
+               "participants": [grains] if dry else [grains, water],
                "warnings": ["the fluid's window is 3 times the grains' step"] if not dry else []}
     with open(os.path.join(folder, "summary.json"), "w") as file:
         json.dump(summary, file, indent=1)
