@@ -103,12 +103,11 @@ void read_diameter(Reader r, Config& config)
     config.diameter_min = r.number("min", {.above = 1e-9, .max = 1e3, .unit = "m"});
     config.diameter_max = r.number("max", {.above = 1e-9, .max = 1e3, .unit = "m"});
     if (config.diameter_max < config.diameter_min)
-        r.problem("max", format("= %g m is below min = %g m (must be at least min).", config.diameter_max,
-                                config.diameter_min));
-    if (config.diameter_max > 20.0 * config.diameter_min)
         r.problem("max",
-                  format("= %g m is more than 20 times min = %g m (the neighbour grid is made for similar sizes).",
-                         config.diameter_max, config.diameter_min));
+                  format("%g m is below min = %g m (must be at least min).", config.diameter_max, config.diameter_min));
+    if (config.diameter_max > 20.0 * config.diameter_min)
+        r.problem("max", format("%g m is more than 20 times min = %g m (the neighbour grid is made for similar sizes).",
+                                config.diameter_max, config.diameter_min));
     r.finish();
 }
 
@@ -158,11 +157,12 @@ void read_step(Reader& r, Config& config)
         r.text_or("step", "auto");
         return;
     }
-    double const step = r.number("step", {.above = 0.0, .unit = "s"});
-    if (!(step > 0.0)) return;
+    auto const given = r.number_if("step", {.above = 0.0, .unit = "s"});
+    if (!given) return;
+    double const step = *given;
     double const share = config.contact_time / step;
     if (share < 5.0)
-        r.problem("step", format("= %g s is too long (must be at most t_c/5 = %g s). Leave it out for t_c/50.", step,
+        r.problem("step", format("%g s is too long (must be at most t_c/5 = %g s). Leave it out for t_c/50.", step,
                                  config.contact_time / 5.0));
     else if (share < 15.0)
         config.warnings.push_back(

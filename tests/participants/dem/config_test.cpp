@@ -1,0 +1,106 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+
+#include "coupler/base/error.hpp"
+#include "tests/participants/dem/scenes.hpp"
+
+using namespace unit;
+
+namespace {
+
+std::string changed(std::string const& from, std::string const& to)
+{
+    std::string text = scene;
+    auto const at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+}
+
+std::string message_of(std::string const& text)
+{
+    try {
+        config(text);
+    } catch (sluice::Error const& e) {
+        return e.what();
+    }
+    return {};
+}
+
+//! The text is refused, with one message that holds `part`.
+void check_refused(std::string const& text, std::string const& part)
+{
+    std::string const message = message_of(text);
+    CHECK_MESSAGE(message.find(part) != std::string::npos, "\"" << message << "\" should hold \"" << part << "\"");
+    CHECK_MESSAGE(message.find('\n') == std::string::npos, message);
+}
+
+}  // namespace
+
+TEST_CASE("config: a column with its walls, gate and defaults")
+{
+    dem::Config const c = config();
+    CHECK(c.contact.friction == doctest::Approx(std::tan(26.0 * std::numbers::pi / 180.0)));
+    CHECK(c.contact.tangential_stiffness == doctest::Approx(2e6 / 7.0));
+    REQUIRE(c.walls.size() == 3);
+    CHECK(c.walls[2].name == "gate");
+    CHECK(c.walls[2].point.x == doctest::Approx(dem::column_width(c)));
+    CHECK(c.walls[2].removed_at == 0.0);
+    CHECK(c.walls[0].friction == c.contact.friction);
+    CHECK(c.step == doctest::Approx(c.contact_time / 50.0));
+    CHECK(c.contact_time ==
+          doctest::Approx(std::numbers::pi * std::sqrt(0.5 * 2650 * std::numbers::pi * 0.25e-6 / 1e6)));
+    CHECK(c.warnings.empty());
+}
+
+TEST_CASE("config: restitution instead of the damping ratio, friction instead of the angle")
+{
+    dem::Config const c = config(changed("damping_ratio: 0.2, friction_angle: 26", "restitution: 0.8, friction: 0.3"));
+    CHECK(dem::restitution(c.contact.damping_ratio) == doctest::Approx(0.8));
+    CHECK(c.contact.friction == 0.3);
+}
+
+TEST_CASE("config: a long step is warned about above t_c/15 and refused above t_c/5")
+{
+    double const tc = config().contact_time;
+    auto with_step = [](double step) { return std::string(scene) + "step: " + std::to_string(step * 1e6) + "e-6\n"; };
+    CHECK(config(with_step(tc / 16.0)).warnings.empty());
+    REQUIRE(config(with_step(tc / 14.0)).warnings.size() == 1);
+    CHECK(config(with_step(tc / 14.0)).warnings[0].find("t_c/15") != std::string::npos);
+    check_refused(with_step(tc / 4.9), "at most t_c/5");
+    check_refused(std::string(scene) + "step: fast\n", "step = fast is not a number (must be > 0");
+    CHECK(config(std::string(scene) + "step: auto\n").step == config().step);
+}
+
+TEST_CASE("config: overlaps of listed grains are stated with their energy")
+{
+    std::string const head =
+        "density: 2650\ncontact: {normal_stiffness: 1e6, damping_ratio: 0.2, friction: 0.5}\ngrains:\n";
+    auto pair = [&](char const* x) {
+        return config(head + "  - {position: [0, 0], radius: 0.001}\n  - {position: [" + x + ", 0], radius: 0.001}\n");
+    };
+    CHECK(pair("0.002").warnings.empty());
+    REQUIRE(pair("0.001").warnings.size() == 1);
+    CHECK(pair("0.001").warnings[0].find("up to 0.5 of a diameter; the contacts hold 0.5 J") != std::string::npos);
+    CHECK(pair("0").warnings.size() == 1);
+}
+
+TEST_CASE("config: each mistake gives one clear message")
+{
+    check_refused(changed("density: 2650", "density: -1"), "density");
+    check_refused(changed("damping_ratio: 0.2, ", ""), "give damping_ratio or restitution");
+    check_refused(changed("damping_ratio: 0.2", "damping_ratio: 0.2, restitution: 0.5"), "second damping");
+    check_refused(changed("friction_angle: 26", "friction_angle: 26, friction: 0.5"), "second friction");
+    check_refused(changed(", friction_angle: 26", ""), "give friction [-] or friction_angle");
+    check_refused(changed("min: 1.0e-3", "min: 3.0e-3"), "must be at least min");
+    check_refused(changed("min: 1.0e-3", "min: 1.0e-5"), "20 times");
+    check_refused(changed("normal: [1, 0]", "normal: [-1, 0]"), "needs a floor and a back wall");
+    check_refused(changed("normal: [1, 0]", "normal: [0, 0]"), "no length");
+    check_refused(changed("name: back", "name: gate"), "a wall named gate");
+    check_refused(changed("aspect_ratio: 0.8", "aspect_ratio: 40"), "less than 4 largest grains");
+    check_refused(changed("seed: 3", "sed: 3"), "Did you mean seed?");
+    check_refused(std::string(scene) + "grains:\n  - {position: [0, 1], radius: 0.001}\n", "beside column");
+    CHECK_THROWS_WITH_AS(dem::read_config(sluice::read_yaml(scene, "grains.yaml"), {9.81, 0.0}),
+                         doctest::Contains("gravity does not point down"), sluice::Error);
+}

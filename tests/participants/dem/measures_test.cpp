@@ -1,0 +1,39 @@
+#include "participants/dem/measures.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/participants/dem/scenes.hpp"
+
+using namespace unit;
+
+TEST_CASE("measures: the front is that of the main mass, the foremost grain that of all")
+{
+    dem::Setup s = setup(0.0);
+    add_wall(s, "floor", {0.0, 0.0}, {0.0, 1.0});
+    dem::Grains g;
+    for (int k = 0; k < 5; ++k) g.add({(2 * k + 1) * 0.9999e-3, 0.9999e-3}, 1e-3, density);
+    g.add({0.05, 2e-3}, 1e-3, density, {0.3, 0.0});
+    dem::Solver const solver(s, g);
+    dem::Measures const m = dem::measure(solver);
+    CHECK(m.front == doctest::Approx(9 * 0.9999e-3 + 1e-3));
+    CHECK(m.foremost == doctest::Approx(0.051));
+    CHECK(m.height == doctest::Approx(1.9999e-3));
+    CHECK(m.kinetic == doctest::Approx(0.5 * g.mass[5] * 0.09));
+    CHECK(m.contacts == 9);  // 4 pairs, 5 on the floor
+    CHECK(m.rattlers == 1);
+    CHECK(m.coordination == doctest::Approx((2 + 3 + 3 + 3 + 2) / 5.0));
+    CHECK(m.largest_overlap == doctest::Approx(1e-4).epsilon(1e-6));
+    CHECK(dem::wall_reaction(solver, 0).y == doctest::Approx(5 * stiffness * 1e-7).epsilon(1e-6));
+}
+
+TEST_CASE("measures: packing fraction clips discs at the edges")
+{
+    dem::Grains g;
+    g.add({0.0, 0.0}, 1.0, density);
+    CHECK(dem::packing_fraction(g, {-1.0, -1.0}, {1.0, 1.0}) == doctest::Approx(std::numbers::pi / 4.0).epsilon(2e-3));
+    CHECK(dem::packing_fraction(g, {0.0, 0.0}, {2.0, 2.0}) == doctest::Approx(std::numbers::pi / 16.0).epsilon(2e-3));
+    CHECK(dem::packing_fraction(g, {5.0, 0.0}, {6.0, 1.0}) == 0.0);
+}

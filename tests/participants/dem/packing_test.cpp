@@ -1,0 +1,99 @@
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "participants/dem/measures.hpp"
+#include "participants/dem/packing_file.hpp"
+#include "tests/participants/dem/scenes.hpp"
+
+using namespace unit;
+
+namespace {
+
+struct Folder
+{
+    std::filesystem::path path = std::filesystem::temp_directory_path() / ("dem_packing_" + std::to_string(::getpid()));
+    Folder() { std::filesystem::create_directories(path); }
+    ~Folder() { std::filesystem::remove_all(path); }
+};
+
+bool same(dem::Packing const& a, dem::Packing const& b)
+{
+    return a.x == b.x && a.y == b.y && a.radius == b.radius && a.kinetic_ratio == b.kinetic_ratio &&
+           std::equal(a.springs.begin(), a.springs.end(), b.springs.begin(), b.springs.end(),
+                      [](auto const& p, auto const& q) {
+                          return p.first == q.first && p.second == q.second && p.spring == q.spring;
+                      });
+}
+
+}  // namespace
+
+TEST_CASE("packing: settled, within its box, the same for the same seed, and quiet when the run starts from it")
+{
+    dem::Config c = config();
+    dem::Packing const p = dem::pour_packing(c);
+    CHECK(p.kinetic_ratio <= dem::settled_kinetic_ratio);
+    CHECK(p.x.size() == 60);
+    CHECK_FALSE(p.springs.empty());
+    CHECK(same(p, dem::pour_packing(c)));
+    c.column->seed = 4;
+    CHECK_FALSE(same(p, dem::pour_packing(c)));
+
+    c.walls.back().removed_at = 1e9;
+    dem::Solver solver = dem::make_solver(c, p);
+    double weight = 0.0;
+    for (double m : solver.grains().mass) weight += 9.81 * m;
+    for (int n = 0; n < 5000; ++n) solver.step(c.step);
+    CHECK(dem::measure(solver).kinetic / (weight * 1.4e-3) < dem::settled_kinetic_ratio);
+    CHECK(dem::measure(solver).foremost < dem::column_width(c) * 1.01);
+}
+
+TEST_CASE("packing: written once, then read back bit for bit; a damaged file is made again, with a message")
+{
+    Folder const folder;
+    dem::Config const c = config();
+    std::vector<std::string> said;
+    auto const progress = [&](std::string const& line) { said.push_back(line); };
+    dem::Packing const made = dem::prepare_packing(c, folder.path, progress);
+    auto const file = folder.path / dem::packing_file_name(c);
+    REQUIRE(std::filesystem::exists(file));
+    CHECK_FALSE(said.empty());
+    said.clear();
+    CHECK(same(made, dem::prepare_packing(c, folder.path, progress)));
+    CHECK(said.empty());
+
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(200).put('x');
+    CHECK(same(made, dem::prepare_packing(c, folder.path, progress)));
+    CHECK(said.at(0).find("damaged") != std::string::npos);
+
+    std::filesystem::resize_file(file, 300);
+    std::string damage;
+    CHECK_FALSE(dem::load_packing(file, damage));
+    CHECK(damage.find("damaged") != std::string::npos);
+    std::filesystem::resize_file(file, 3);
+    CHECK_FALSE(dem::load_packing(file, damage));
+    damage.clear();
+    CHECK_FALSE(dem::load_packing(folder.path / "none.bin", damage));
+    CHECK(damage.empty());
+}
+
+TEST_CASE("packing: its file is shared by runs that differ in buoyancy, gate and step, and by no others")
+{
+    std::string const text = scene;
+    std::string const name = dem::packing_file_name(config());
+    CHECK(dem::packing_file_name(config(text + "buoyancy: {density: 1000}\n")) == name);
+    CHECK(dem::packing_file_name(config(text + "step: 1e-6\n")) == name);
+    auto replaced = [&](std::string const& from, std::string const& to) {
+        std::string changed = text;
+        return dem::packing_file_name(config(changed.replace(changed.find(from), from.size(), to)));
+    };
+    CHECK(replaced("seed: 3", "seed: 3, gate_removed_at: 0.5") == name);
+    CHECK(replaced("seed: 3", "seed: 4") != name);
+    CHECK(replaced("count: 60", "count: 61") != name);
+    CHECK(replaced("friction_angle: 26", "friction_angle: 25") != name);
+}

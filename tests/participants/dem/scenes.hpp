@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "participants/dem/random.hpp"
+#include "participants/dem/restitution.hpp"
+#include "participants/dem/setup.hpp"
+
+//! Small scenes shared by the unit tests.
+namespace unit {
+
+inline constexpr double density = 2650.0, stiffness = 1e6;
+
+inline dem::Setup setup(double friction, dem::Vec2 gravity = {0.0, -9.81}, bool ledger = false)
+{
+    dem::Setup s;
+    s.gravity = gravity;
+    s.normal_force = dem::make_normal_force(stiffness, 0.2);
+    if (friction > 0.0) s.tangential_force = dem::make_tangential_force(stiffness * 2.0 / 7.0, 0.2, friction);
+    s.skin = 2e-4;
+    s.features = {.friction = friction > 0.0, .ledger = ledger};
+    return s;
+}
+
+inline void add_wall(dem::Setup& s, std::string const& name, dem::Vec2 point, dem::Vec2 normal)
+{
+    s.walls.push_back({.name = name,
+                       .point = point,
+                       .normal = normal,
+                       .normal_force = s.normal_force,
+                       .tangential_force = s.tangential_force});
+}
+
+//! `side` x `side` discs of 1 to 1.8 mm at random places of cells of 1.9 mm.
+inline dem::Grains loose(int side, std::uint64_t seed, double speed = 0.0)
+{
+    dem::Random random(seed);
+    dem::Grains g;
+    for (int k = 0; k < side * side; ++k) {
+        double const radius = random.uniform(0.5e-3, 0.9e-3), cell = 1.9e-3;
+        double const x = (k % side) * cell + random.uniform(radius, cell - radius);
+        double const y = (k / side) * cell + random.uniform(radius, cell - radius);
+        double const vx = random.uniform(-speed, speed), vy = random.uniform(-speed, speed);
+        g.add({x, y}, radius, density, {vx, vy});
+    }
+    return g;
+}
+
+//! A box of 12 x 12 falling grains with friction.
+inline dem::Solver box(bool ledger = false, double skin = 2e-4)
+{
+    dem::Setup s = setup(0.5, {0.0, -9.81}, ledger);
+    s.skin = skin;
+    add_wall(s, "floor", {0.0, 0.0}, {0.0, 1.0});
+    add_wall(s, "left", {0.0, 0.0}, {1.0, 0.0});
+    add_wall(s, "right", {12 * 1.9e-3, 0.0}, {-1.0, 0.0});
+    return {s, loose(12, 5, 0.3)};
+}
+
+inline constexpr double step = 2e-6;  //!< [s], below t_c/50 of two 1 mm discs
+
+inline char const* const scene =
+    "density: 2650\n"
+    "diameter: {min: 1.0e-3, max: 1.8e-3}\n"
+    "contact: {normal_stiffness: 1e6, damping_ratio: 0.2, friction_angle: 26}\n"
+    "walls:\n"
+    "  - {name: floor, point: [0, 0], normal: [0, 1]}\n"
+    "  - {name: back, point: [0, 0], normal: [1, 0]}\n"
+    "column: {count: 60, aspect_ratio: 0.8, seed: 3}\n";
+
+inline dem::Config config(std::string const& text = scene)
+{
+    return dem::read_config(sluice::read_yaml(text, "grains.yaml"), {0.0, -9.81});
+}
+
+}  // namespace unit
