@@ -38,6 +38,7 @@ struct Window
     double end = 0;       //!< s
     double length = 0;    //!< s
     bool output = false;  //!< the state at its end is to be recorded
+    bool series = false;   //!< a row of the time series is to be written at its end
 };
 
 //! dem -> lbm: where the grains are and how they move. 2D: position and velocity have 2 numbers a point, interleaved.

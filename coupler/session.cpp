@@ -364,11 +364,12 @@ bool Participant::Session::advance(Window& window)
         } else {
             double const begin = static_cast<double>(action.window) * window_length;
             double const end = static_cast<double>(action.window + 1) * window_length;
-            auto outputs = [&](double t) {
-                return scene.output_interval > 0 ? std::floor(t / scene.output_interval + 1e-9) : 0.0;
-            };
             bool const last = action.window + 1 == window_count;
-            window = {action.window, begin, end, window_length, last || outputs(end) > outputs(begin)};
+            auto due = [&](double interval) {  // at the first window end at or after each multiple of the interval
+                if (interval <= 0 || last) return last;
+                return std::floor(end / interval + 1e-9) > std::floor(begin / interval + 1e-9);
+            };
+            window = {action.window, begin, end, window_length, due(scene.output_interval), due(scene.series_interval)};
             book(Activity::exchange);
             computing = true;
             return true;

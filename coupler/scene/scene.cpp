@@ -167,6 +167,8 @@ void read_rest(Reader& root, Scene& scene)
                                     "would travel unencrypted).");
     if (auto output = root.child_if("output")) {
         scene.output_interval = output->number_or("interval", 0.0, {.min = 0.0, .unit = "s"});
+        scene.series_interval = output->number_or("series", scene.output_interval, {.min = 0.0, .unit = "s"});
+        scene.coarsen = static_cast<int>(output->integer_or("coarsen", 1, {.min = 1, .max = 64}));
         output->finish();
     }
     if (auto timeouts = root.child_if("timeouts")) {

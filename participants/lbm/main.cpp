@@ -1,0 +1,6 @@
+#include "participants/lbm/coupling.hpp"
+
+int main(int argc, char** argv)
+{
+    return lbm::main(argc, argv);
+}
