@@ -8,9 +8,10 @@ MAX_POINTS = 800  # per curve: more cannot be seen and makes the page large
 MAX_LEDGER_POINTS = 250  # per area of the ledger: each has two edges
 
 LEDGER = {
-    "kinetic": "moving", "rotational": "spinning", "elastic": "stored in contacts",
+    "kinetic": "moving", "rotational": "spinning",
     "dissipated_normal": "lost in impacts (normal)", "dissipated_tangential": "lost in impacts (tangential)",
     "dissipated_sliding": "lost in sliding", "dissipated_rolling": "lost in rolling",
+    "vanished": "gone with contacts that open",
 }
 
 
@@ -62,7 +63,7 @@ def kinematics_figure(runs):
     figure, axes = pyplot.subplots(1, 2, figsize=(9.2, 3.3), layout="constrained")
     drawn = _draw(axes[0], runs, run_out, r"run-out  $(L-L_0)/L_0$  [–]")
     drawn += _draw(axes[1], runs, height, r"height  $H/H_0$  [–]")
-    axes[1].set_ylim(bottom=0)
+    axes[1].set_ylim(0, max(1.05, 1.05 * axes[1].dataLim.y1) if axes[1].lines else None)
     if len(runs) > 1 and drawn:
         for place in axes:
             if place.get_legend_handles_labels()[0]:
@@ -90,22 +91,21 @@ def kinetic_figure(runs):
 
 
 def ledger(run):
-    """(time, released, [(label, energy)]) [s, J/m]: potential energy released and where it is; None without it."""
+    """(time, released, [(label, energy)]) [s, J/m]: potential and elastic energy released, and where it is; or None."""
     time, potential = run.column("potential")
-    names = [n for n in run.quantities("") if n in LEDGER or n.startswith(("dissipated_", "elastic"))]
+    names = [n for n in run.quantities("") if n in LEDGER or n.startswith("dissipated_")]
     if len(time) < 2 or not names:
         return None
-    parts = []
-    for name in names + run.quantities("fluid_work"):
+
+    def since_start(name):
         t, values = run.column(name)
-        if len(t) < 2:
-            continue
-        change = numpy.interp(time, t, values - values[0])
-        if name == "fluid_work":  # done by the fluid on the grains: what is negative went to the fluid
-            parts.append(("given to the fluid", -change))
-        else:
-            parts.append((LEDGER.get(name, name.replace("_", " ")), change))
-    return time, potential[0] - potential, parts
+        return numpy.interp(time, t, values - values[0]) if len(t) else 0 * time
+
+    released = potential[0] - potential - sum(since_start(name) for name in run.quantities("elastic"))
+    parts = [(LEDGER.get(name, name.replace("_", " ")), since_start(name)) for name in names]
+    if run.quantities("fluid_work"):  # done by the fluid on the grains: what is negative went to the fluid
+        parts.append(("given to the fluid", -since_start("fluid_work")))
+    return time, released, parts
 
 
 def ledger_figure(run):
@@ -120,7 +120,7 @@ def ledger_figure(run):
     x = run.scaled(line[0])
     axes.stackplot(x, stack, labels=[label for label, _ in parts], colors=PALETTE, alpha=0.85, edgecolor="white",
                    linewidth=0.4)
-    axes.plot(x, line[1], color="black", linewidth=1.6, label="potential energy released")
+    axes.plot(x, line[1], color="black", linewidth=1.6, label="released (potential, elastic)")
     axes.set_xlabel(run.time_label)
     axes.set_ylabel("energy since the start  [J/m]")
     axes.margins(x=0.01)
