@@ -98,13 +98,21 @@ void rebuild_pairs(Setup const& setup, State& state)
     state.pairs = std::move(pairs);
 }
 
-void rebuild_wall(Wall const& wall, Setup const& setup, Grains const& g, WallContacts& contacts)
+void rebuild_wall(Wall const& wall, Setup const& setup, State const& state, WallContacts& contacts)
 {
+    Grains const& g = state.grains;
     WallContacts fresh;
     std::size_t from = 0;
     for (std::size_t i = 0; contacts.active && i < g.size(); ++i) {
         double const distance = dot(Vec2{g.x[i], g.y[i]} - wall.point, wall.normal);
         if (distance - g.radius[i] >= setup.skin) continue;
+        sluice::require(distance > 0.0, [&] {
+            return sluice::Error("dem: the centre of grain " + std::to_string(i) + " is behind wall \"" + wall.name +
+                                     "\" at t = " + std::to_string(state.time) + " s, step " +
+                                     std::to_string(state.steps) +
+                                     " (must stay on the side its normal points to). Try a larger normal_stiffness.",
+                                 sluice::Exit::numerical);
+        });
         while (from < contacts.grain.size() && contacts.grain[from] < i) ++from;
         bool const known = from < contacts.grain.size() && contacts.grain[from] == i;
         fresh.grain.push_back(static_cast<std::uint32_t>(i));
@@ -150,7 +158,7 @@ void rebuild_lists(Setup const& setup, State& state)
     rebuild_pairs(setup, state);
     state.wall_contacts.resize(setup.walls.size());
     for (std::size_t w = 0; w < setup.walls.size(); ++w)
-        rebuild_wall(setup.walls[w], setup, state.grains, state.wall_contacts[w]);
+        rebuild_wall(setup.walls[w], setup, state, state.wall_contacts[w]);
     state.built_x = state.grains.x;
     state.built_y = state.grains.y;
     ++state.rebuilds;

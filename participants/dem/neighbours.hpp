@@ -14,7 +14,7 @@ void find_pairs(Grains const& grains, double reach, std::vector<std::uint32_t>& 
                 std::vector<std::uint32_t>& other);
 
 //! Rebuilds the neighbour lists of pairs and walls from the current positions; springs are carried over by pair.
-//! Throws sluice::Error (numerical) naming the first grain whose position is not finite.
+//! Throws sluice::Error (numerical) naming the first grain whose position is not finite or behind a wall.
 void rebuild_lists(Setup const& setup, State& state);
 
 }  // namespace dem

@@ -30,7 +30,7 @@ Setup make_setup(Config const& config, Ledger ledger)
     double smallest = config.diameter_min;
     for (GrainConfig const& g : config.grains)
         smallest = smallest > 0.0 ? std::min(smallest, 2.0 * g.radius) : 2.0 * g.radius;
-    setup.skin = 0.2 * smallest;  // measured: flat between 0.15 and 0.3 d
+    setup.skin = 0.2 * smallest;  // measured: speed is flat from 0.1 to 0.3 d
     return setup;
 }
 

@@ -161,3 +161,17 @@ TEST_CASE("solver: walls have friction of their own")
     CHECK(solver.grains().vx[0] == 0.1);
     CHECK(solver.grains().spin[0] == 0.0);
 }
+
+TEST_CASE("solver: a grain that is pressed through a wall ends the run")
+{
+    dem::Setup s = setup(0.0, {0.0, 0.0});
+    add_wall(s, "floor", {0.0, 0.0}, {0.0, 1.0});
+    dem::Grains g;
+    g.add({0.0, 1e-3}, 1e-3, density, {0.0, -200.0});
+    dem::Solver solver(s, g);
+    CHECK_THROWS_WITH_AS(
+        [&] {
+            for (int n = 0; n < 10; ++n) solver.step(step);
+        }(),
+        doctest::Contains("grain 0 is behind wall \"floor\""), sluice::Error);
+}

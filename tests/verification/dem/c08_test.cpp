@@ -105,8 +105,8 @@ TEST_CASE("C08: an undamped, frictionless gas keeps its energy")
     double const coarse = gas_drift(25.0, 20000).largest, fine = gas_drift(100.0, 80000).largest;
     double const order = std::log(coarse / fine) / std::log(4.0);
     std::printf("C08   largest energy error in equal times: t_c/25 %.3e, t_c/100 %.3e\n", coarse, fine);
-    CHECK(verification::report(
-        {"C08", "order of the energy error in dt (2)", order, 2.0, std::abs(order - 2.0), 0.5, slope_watch.seconds()}));
+    CHECK(verification::report({"C08", "order of the energy error in dt (>= 1.7)", order, 2.0,
+                                std::max(0.0, 2.0 - order), 0.3, slope_watch.seconds()}));
 }
 
 TEST_CASE("C08: the energy ledger of a damped, frictional collapse closes")
@@ -125,9 +125,10 @@ TEST_CASE("C08: the energy ledger of a damped, frictional collapse closes")
         "C08   J: potential %.4e -> %.4e, kinetic %.1e, dashpots %.3e + %.3e, sliding %.3e, gate %.1e, touch %.1e\n",
         start.potential, e.potential, e.kinetic(), e.normal_dashpot, e.tangential_dashpot, e.sliding, e.removed_walls,
         e.touch);
+    // benchmark: 1e-4; the tighter mark guards the bookkeeping
     CHECK(verification::report(
-        {"C08", "ledger of a collapse, largest gap / initial energy", worst, 0.0, worst, 1e-6, watch.seconds()}));
+        {"C08", "ledger of a collapse, largest gap / initial energy", worst, 0.0, worst, 5e-6, watch.seconds()}));
     double const touch = std::abs(e.touch) / start.balance();
     CHECK(verification::report(
-        {"C08", "of it booked as touch / initial energy", touch, 0.0, touch, 1e-4, watch.seconds()}));
+        {"C08", "of it booked as touch / initial energy", touch, 0.0, touch, 2e-4, watch.seconds()}));
 }
