@@ -109,8 +109,12 @@ struct Crew
     //! mpirun's own children outlive a killed mpirun: they are ended by the process ids that they wrote down.
     void kill_what_mpirun_left()
     {
-        for (auto const& page : pages)
-            if (mpi && page && page->pid > 0 && page->phase != Phase::done) ::kill(page->pid, SIGKILL);
+        for (auto const& page : pages) {
+            if (!mpi || !page || page->pid <= 0 || page->phase == Phase::done) continue;
+            ::kill(page->pid, SIGKILL);
+            for (int tries = 0; tries < 50 && ::kill(page->pid, 0) == 0; ++tries)
+                std::this_thread::sleep_for(milliseconds(5));
+        }
     }
     void map_pages()
     {

@@ -85,6 +85,7 @@ inline void oscillator(sluice::Participant& self, Watcher const& watch = {})
         tell(fault.strike(window.index));
         if (watch) watch(window.end, x);
     }
+    self.fact("final place [m]", x);
 }
 
 }  // namespace toys

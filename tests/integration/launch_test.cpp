@@ -1,0 +1,310 @@
+// The launcher and participants as processes: results, failures, signals. Times are bounds of the design (a dead
+// participant ends the run within 2 s), not benchmarks.
+
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "coupler/base/status_page.hpp"
+#include "tests/support/run_in_threads.hpp"
+#include "tests/support/shell.hpp"
+
+namespace {
+
+std::string const sluice_command = SLUICE_COMMAND, toy = TOY_COMMAND;
+
+//! Two coupled masses, 1000 windows; `left` and `right` are more keys for their config blocks.
+std::string scene(std::string const& left = "", std::string const& right = "", std::string const& more = "")
+{
+    return "sluice: 1\ntime: {end: 1, window: 0.001}\ndata: {place: {columns: {place: {unit: m}}}}\n" + more +
+           "participants:\n"
+           "  left: {command: " +
+           toy + ", config: {mass: 1, wall_spring: 39, middle_spring: 158, place: 1" + left +
+           "}}\n"
+           "  right: {command: " +
+           toy + ", config: {mass: 1, wall_spring: 39, middle_spring: 158, place: 0" + right +
+           "}}\ncouplings:\n"
+           "  - {from: left, to: right, data: place}\n"
+           "  - {from: right, to: left, data: place, lag: 1, predict: linear}\n";
+}
+
+//! A scene in a directory of its own, to be run there.
+struct Case
+{
+    explicit Case(std::string const& text) { std::ofstream(file()) << text; }
+    std::string file() const { return scratch.path() / "scene.yaml"; }
+    std::string out() const { return scratch.path() / "out"; }
+    std::filesystem::path log() const { return scratch.path() / "output"; }
+    std::vector<std::string> command(std::vector<std::string> const& more = {}) const
+    {
+        std::vector<std::string> words{sluice_command, "run", file(), "--out", out(), "--no-report", "--quiet"};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    }
+    std::vector<std::string> by_hand(std::string const& name) const
+    {
+        return {toy, file(), "--as", name, "--out", out()};
+    }
+    shell::Result run(std::vector<std::string> const& more = {}) const { return shell::run(command(more), log()); }
+    //! Waits until a participant computes; its process id.
+    int pid_in_window(std::string const& name, std::int64_t window) const
+    {
+        auto const file = sluice::status_file(out(), name);
+        for (int tries = 0; tries < 1000; ++tries) {
+            std::error_code none;
+            if (std::filesystem::file_size(file, none) == sizeof(sluice::StatusPage)) {
+                sluice::MappedStatus const page(file, sluice::MappedStatus::Mode::open);
+                if (page->phase == sluice::Phase::running && page->window >= window) return page->pid;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        return 0;
+    }
+    int leftovers() const { return shell::processes_with(out()); }
+
+    in_threads::Scratch scratch;
+};
+
+bool says(shell::Result const& result, std::string const& text)
+{
+    bool const found = result.output.find(text) != std::string::npos;
+    if (!found) MESSAGE("not in the output: " << result.output);
+    return found;
+}
+
+nlohmann::json summary(Case const& c)
+{
+    return nlohmann::json::parse(shell::slurp(c.out() + "/summary.json"));
+}
+
+}  // namespace
+
+TEST_CASE("launch: zmq and mpi give the same bits, and so does starting by hand in either order")
+{
+    auto final_place = [](Case const& c, std::string const& name) {
+        auto const file = c.out() + "/.sluice/" + name + ".json";
+        return nlohmann::json::parse(shell::slurp(file)).at("facts").at("final place [m]").get<double>();
+    };
+    Case zmq(scene()), mpi(scene());
+    REQUIRE(zmq.run().exit == 0);
+    REQUIRE(mpi.run({"--set", "transport=mpi"}).exit == 0);
+    CHECK(summary(zmq).at("windows") == 1000);
+    CHECK(summary(zmq).at("exit") == 0);
+    for (auto const name : {"left", "right"}) CHECK(final_place(zmq, name) == final_place(mpi, name));
+    for (bool left_first : {true, false}) {
+        Case hand(scene());
+        shell::Background first(hand.by_hand(left_first ? "left" : "right"), hand.scratch.path() / "first");
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        CHECK(shell::run(hand.by_hand(left_first ? "right" : "left"), hand.log()).exit == 0);
+        CHECK(first.wait(10).exit == 0);
+        CHECK(final_place(hand, "left") == final_place(zmq, "left"));
+    }
+}
+
+TEST_CASE("launch: over tcp on loopback")
+{
+    Case c(scene("", "", "address: tcp://127.0.0.1:" + std::to_string(41'000 + ::getpid() % 10'000) + "\n"));
+    CHECK(c.run().exit == 0);
+}
+
+TEST_CASE("launch: a participant that dies ends the run within 2 s, named with its window and its exit")
+{
+    struct Death
+    {
+        std::string fault, says;
+        int exit;
+    };
+    Death const deaths[] = {
+        {"crash", "participant \"right\" was ended by signal 6", 3},
+        {"exit", "participant \"right\" ended with exit code 9", 3},
+        {"throw", "participant \"right\" stopped in window 300 of 1000 (t = 0.3 s): toy: thrown", 6},
+        {"nan", "place.place of id 1 is not finite in frame 301", 6}};
+    for (auto const transport : {"zmq", "mpi"})
+        for (Death const& death : deaths) {
+            CAPTURE(transport);
+            CAPTURE(death.fault);
+            Case c(scene("", ", fault: " + death.fault + ", fault_window: 300"));
+            auto const result = c.run({"--set", std::string("transport=") + transport});
+            CHECK(result.exit == death.exit);
+            CHECK(says(result, death.says));
+            CHECK(says(result, death.fault == "nan" ? "window 301" : "window 300 of 1000"));
+            CHECK(summary(c).at("exit") == death.exit);
+            CHECK(c.leftovers() == 0);
+        }
+}
+
+TEST_CASE("launch: kill -9 of a participant at work ends everybody within 2 s")
+{
+    for (auto const transport : {"zmq", "mpi"})
+        for (auto const victim : {"left", "right"}) {
+            CAPTURE(transport);
+            CAPTURE(victim);
+            Case c(scene(", nap: 0.01", ", nap: 0.01"));
+            shell::Background run(c.command({"--set", std::string("transport=") + transport}), c.log());
+            int const pid = c.pid_in_window(victim, 5);
+            REQUIRE(pid > 0);
+            ::kill(pid, SIGKILL);
+            auto const result = run.wait(10);
+            CHECK(result.exit == 3);
+            CHECK(result.seconds < 2.0);
+            CHECK(says(result, std::string("participant \"") + victim + "\" was ended by signal 9"));
+            CHECK(c.leftovers() == 0);
+        }
+}
+
+TEST_CASE("launch: without a launcher a survivor ends within 2 s and names the dead one")
+{
+    for (auto const victim : {"left", "right"}) {
+        auto const survivor = std::string(victim) == "left" ? "right" : "left";
+        Case c(scene(", nap: 0.01", ", nap: 0.01"));
+        shell::Background dying(c.by_hand(victim), c.scratch.path() / "dying");
+        shell::Background surviving(c.by_hand(survivor), c.log());
+        REQUIRE(c.pid_in_window(victim, 5) == dying.pid());
+        dying.signal(SIGKILL);
+        auto const result = surviving.wait(10);
+        CHECK(result.exit == 3);
+        CHECK(result.seconds < 2.0);
+        CHECK(says(result, std::string("participant \"") + victim + "\" ended, or was silent"));
+    }
+}
+
+TEST_CASE("launch: a stopped process counts as dead after the time of silence")
+{
+    Case c(scene(", nap: 0.01", ", nap: 0.01", "timeouts: {silence: 1}\n"));
+    shell::Background stopped(c.by_hand("left"), c.scratch.path() / "stopped");
+    shell::Background surviving(c.by_hand("right"), c.log());
+    REQUIRE(c.pid_in_window("left", 5) == stopped.pid());
+    stopped.signal(SIGSTOP);
+    auto const result = surviving.wait(10);
+    CHECK(result.exit == 3);
+    CHECK(result.seconds < 3.0);
+    stopped.signal(SIGCONT);
+}
+
+TEST_CASE("launch: a partner that never comes is named, with the command that starts it")
+{
+    Case c(scene("", "", "timeouts: {connect: 1}\n"));
+    auto const result = shell::run(c.by_hand("left"), c.log());
+    CHECK(result.exit == 4);
+    CHECK(says(result, "\"right\" did not come within 1 s. Start with:"));
+    CHECK(says(result, "--as right --out " + c.out()));
+}
+
+TEST_CASE("launch: partners with different scenes are told what differs")
+{
+    Case c(scene());
+    auto other = c.by_hand("right");
+    other.insert(other.end(), {"--set", "time.end=0.5"});
+    shell::Background left(c.by_hand("left"), c.scratch.path() / "left");
+    auto const result = shell::run(other, c.log());
+    auto const first = left.wait(10);
+    CHECK((result.exit == 5 || first.exit == 5));  // who sees it first says so; the other one is told
+    for (auto const& side : {result, first}) {
+        CHECK((side.exit == 5 || side.exit == 3));
+        CHECK(says(side, "time.end = 0.5"));
+        CHECK(says(side, "time.end = 1"));
+    }
+}
+
+TEST_CASE("launch: SIGINT and SIGTERM stop the run with exit 130 and leave nothing behind")
+{
+    for (int number : {SIGINT, SIGTERM})
+        for (auto const transport : {"zmq", "mpi"}) {
+            CAPTURE(transport);
+            CAPTURE(number);
+            Case c(scene(", nap: 0.01", ", nap: 0.01"));
+            shell::Background run(c.command({"--set", std::string("transport=") + transport}), c.log());
+            REQUIRE(c.pid_in_window("left", 5) > 0);
+            run.signal(number);
+            auto const result = run.wait(10);
+            CHECK(result.exit == 130);
+            CHECK(result.seconds < 2.0);
+            CHECK(says(result, "\"left\" in window"));
+            CHECK(c.leftovers() == 0);
+        }
+}
+
+TEST_CASE("launch: no participant outlives a launcher that is killed")
+{
+    for (auto const transport : {"zmq", "mpi"}) {
+        CAPTURE(transport);
+        Case c(scene(", nap: 0.01", ", nap: 0.01"));
+        shell::Background run(c.command({"--set", std::string("transport=") + transport}), c.log());
+        REQUIRE(c.pid_in_window("left", 5) > 0);
+        run.signal(SIGKILL);
+        run.wait(10);
+        for (int tries = 0; tries < 200 && c.leftovers() > 0; ++tries)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        CHECK(c.leftovers() == 0);
+    }
+}
+
+TEST_CASE("launch: a second run in the same directory is refused, the first one is unharmed")
+{
+    Case c(scene(", nap: 0.001", ""));
+    shell::Background first(c.command(), c.log());
+    REQUIRE(c.pid_in_window("left", 5) > 0);
+    auto const second = shell::run(c.command(), c.scratch.path() / "second");
+    CHECK(second.exit == 5);
+    CHECK(says(second, "another run is going on there"));
+    CHECK(first.wait(60).exit == 0);
+}
+
+TEST_CASE("check: mistakes of the scene and of both solvers at once, by line")
+{
+    auto text = scene(", mas: 3", ", steps: 0");
+    text.replace(text.find("lag: 1"), 6, "lag: 3");
+    Case c(text);
+    auto const result = shell::run({sluice_command, "check", c.file()}, c.log());
+    CHECK(result.exit == 2);
+    auto const left = result.output.find(c.file() + ":5:"), right = result.output.find(c.file() + ":6:"),
+               edge = result.output.find(c.file() + ":9:");
+    CHECK(left < right);
+    CHECK(right < edge);
+    CHECK(edge != std::string::npos);
+    CHECK(says(result, "participants.left.config.mas is not a key"));
+    CHECK(says(result, "Did you mean mass?"));
+    CHECK(says(result, "participants.right.config.steps = 0 (must be >= 1)"));
+    CHECK(c.run().exit == 2);  // run checks first
+}
+
+TEST_CASE("check: a solver that is not there, with the nearest name")
+{
+    Case c("sluice: 1\ntime: {end: 1}\nparticipants: {a: {solver: demm}}\n");
+    auto const result = shell::run({sluice_command, "check", c.file()}, c.log());
+    CHECK(result.exit == 2);
+    CHECK(says(result, c.file() + ":3:20: participants.a.solver = demm: no such executable"));
+    CHECK(says(result, "Did you mean dem?"));
+}
+
+TEST_CASE("check: data that a solver cannot send is a mistake of the scene")
+{
+    auto text = scene();
+    text.replace(text.find("place: {columns: {place: {unit: m}}}"), 36,
+                 "place: {columns: {place: {unit: m}}}, x: {columns: {x: {unit: m}}}");
+    text += "  - {from: left, to: right, data: x}\n";
+    Case c(text);
+    auto const result = shell::run({sluice_command, "check", c.file()}, c.log());
+    CHECK(result.exit == 2);
+    CHECK(says(result, "couplings[2].data = x: \"left\" cannot send it (sends: place)"));
+}
+
+TEST_CASE("graph: DOT to standard output, a picture to a file")
+{
+    Case c(scene());
+    auto const dot = shell::run({sluice_command, "graph", c.file()}, c.log());
+    CHECK(dot.exit == 0);
+    CHECK(says(dot, "\"left\" -> \"right\""));
+    auto const picture = c.scratch.path() / "graph.svg";
+    CHECK(shell::run({sluice_command, "graph", c.file(), "-o", picture}, c.log()).exit == 0);
+    CHECK(shell::slurp(picture).find("<svg") != std::string::npos);
+}
+
+TEST_CASE("command line: a misspelt command gets the nearest one and exit code 2")
+{
+    in_threads::Scratch scratch;
+    auto const result = shell::run({sluice_command, "chekc", "x"}, scratch.path() / "log");
+    CHECK(result.exit == 2);
+    CHECK(says(result, "Did you mean check?"));
+    CHECK(shell::run({sluice_command, "run", "/none.yaml"}, scratch.path() / "log").exit == 2);
+}
