@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <numeric>
 
 #include "coupler/coupler.hpp"
 #include "coupler/record/archive.hpp"
@@ -63,8 +64,7 @@ class Recorder
           archive_(self.directory() / (self.name() + ".h5"),
                    std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(self.scene().hash)}}),
           table_(self.directory() / (self.name() + ".csv"), headers())
-    {
-    }
+    {}
 
     void picture(double time, Columns const& c, Grains const& g)
     {
@@ -86,15 +86,31 @@ class Recorder
                                                                   {"fluid_force", "N/m", std::span(c.force), {n, 2}}});
     }
 
-    void row(double time, Solver const& solver)
+    void row(double time, Solver const& solver, Vec2 impulse)
     {
         auto const m = measure(solver);
         auto const e = solver.energies();
-        table_.append(std::vector<double>{
-            time, m.front, m.foremost, m.height, e.kinetic_linear, e.kinetic_rotational, e.potential,
-            e.elastic_normal + e.elastic_tangential, e.normal_dashpot, e.tangential_dashpot, e.sliding,
-            e.removed_walls + e.touch, e.external_work, e.balance(), m.centre_of_mass.x, m.centre_of_mass.y,
-            m.coordination, static_cast<double>(m.contacts), m.largest_overlap});
+        table_.append(std::vector<double>{time,
+                                          m.front,
+                                          m.foremost,
+                                          m.height,
+                                          e.kinetic_linear,
+                                          e.kinetic_rotational,
+                                          e.potential,
+                                          e.elastic_normal + e.elastic_tangential,
+                                          e.normal_dashpot,
+                                          e.tangential_dashpot,
+                                          e.sliding,
+                                          e.removed_walls + e.touch,
+                                          e.external_work,
+                                          e.balance(),
+                                          m.centre_of_mass.x,
+                                          m.centre_of_mass.y,
+                                          m.coordination,
+                                          static_cast<double>(m.contacts),
+                                          m.largest_overlap,
+                                          impulse.x,
+                                          impulse.y});
     }
 
     void close() { archive_.close(); }
@@ -120,7 +136,9 @@ class Recorder
                 "centre_y [m]",
                 "coordination",
                 "contacts",
-                "largest_overlap"};
+                "largest_overlap",
+                "window_impulse_x [N s/m]",  // that the fluid gave in the last window
+                "window_impulse_y [N s/m]"};
     }
 
     sluice::PointSeries series_;
@@ -144,11 +162,14 @@ void add_load(sluice::Load const& load, Grains& g)
     }
 }
 
-//! One window in equal steps of our own; the load is sampled in the middle of each.
-void advance(Solver& solver, double step, sluice::Window const& window, std::vector<sluice::Sampled<sluice::Load>>& loads)
+//! One window in equal steps of our own; the load is sampled in the middle of each. Returns the impulse that it gave to
+//! all grains [N s/m].
+Vec2 advance(Solver& solver, double step, sluice::Window const& window,
+             std::vector<sluice::Sampled<sluice::Load>>& loads)
 {
     auto const steps = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(window.length / step - 1e-9)));
     double const dt = window.length / static_cast<double>(steps);
+    Vec2 impulse{};
     for (std::int64_t k = 0; k < steps; ++k) {
         if (!loads.empty()) {
             auto& g = solver.grains();
@@ -156,9 +177,12 @@ void advance(Solver& solver, double step, sluice::Window const& window, std::vec
             std::fill(g.external_fy.begin(), g.external_fy.end(), 0.0);
             std::fill(g.external_torque.begin(), g.external_torque.end(), 0.0);
             for (auto& load : loads) add_load(load.at(window.begin + (static_cast<double>(k) + 0.5) * dt), g);
+            impulse.x += dt * std::accumulate(g.external_fx.begin(), g.external_fx.end(), 0.0);
+            impulse.y += dt * std::accumulate(g.external_fy.begin(), g.external_fy.end(), 0.0);
         }
         solver.step(dt);
     }
+    return impulse;
 }
 
 void state_facts(sluice::Participant& self, Config const& config, Solver const& solver)
@@ -173,7 +197,8 @@ void state_facts(sluice::Participant& self, Config const& config, Solver const& 
     self.fact("longest step [s]", config.step);
     self.fact("contact time [s]", config.contact_time);
     if (config.column && m.front > 4 * mean)
-        self.fact("packing fraction", packing_fraction(solver.grains(), {mean, mean}, {m.front - mean, m.height - 2 * mean}));
+        self.fact("packing fraction",
+                  packing_fraction(solver.grains(), {mean, mean}, {m.front - mean, m.height - 2 * mean}));
 }
 
 void describe(Config const& config)
@@ -189,15 +214,15 @@ void take_part(sluice::Participant& self)
 {
     self.sends({"kinematics"});
     self.takes({"load"});
-    sluice::require(self.scene().dimension == 2,
-                    [] { return sluice::Error("dem: dimension = 3 (this solver is for discs; needed: dimension: 2)."); });
+    sluice::require(self.scene().dimension == 2, [] {
+        return sluice::Error("dem: dimension = 3 (this solver is for discs; needed: dimension: 2).");
+    });
     auto const& gravity = self.scene().gravity;
     Config const config = read_config(self.config(), {gravity[0], gravity[1]});
     for (auto const& warning : config.warnings) self.warn(warning);
     if (self.checking()) return describe(config);
 
-    auto const packing =
-        prepare_packing(config, packing_cache(), [&](std::string const& line) { self.note(line); });
+    auto const packing = prepare_packing(config, packing_cache(), [&](std::string const& line) { self.note(line); });
     bool const ledger = self.scene().series_interval > 0;
     Solver solver = make_solver(config, packing, ledger ? Ledger::on : Ledger::off);
     state_facts(self, config, solver);
@@ -213,15 +238,15 @@ void take_part(sluice::Participant& self)
     };
     tell();
     recorder.picture(0.0, columns, solver.grains());
-    recorder.row(0.0, solver);
+    recorder.row(0.0, solver, {});
     self.propose_window(steps_of_a_dry_window * config.step);
     for (sluice::Window const& window : self.windows()) {
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
-        advance(solver, config.step, window, loads);
+        Vec2 const impulse = advance(solver, config.step, window, loads);
         tell();
         if (window.output) recorder.picture(window.end, columns, solver.grains());
-        if (window.series) recorder.row(window.end, solver);
+        if (window.series) recorder.row(window.end, solver, impulse);
     }
     auto const m = measure(solver);
     self.fact("final run-out [m]", m.front);
@@ -231,6 +256,9 @@ void take_part(sluice::Participant& self)
 
 }  // namespace
 
-int main(int argc, char** argv) { return sluice::run(argc, argv, take_part); }
+int main(int argc, char** argv)
+{
+    return sluice::run(argc, argv, take_part);
+}
 
 }  // namespace dem

@@ -12,7 +12,10 @@
 namespace lbm {
 namespace {
 
-std::vector<float> narrowed(std::vector<double> const& values) { return {values.begin(), values.end()}; }
+std::vector<float> narrowed(std::vector<double> const& values)
+{
+    return {values.begin(), values.end()};
+}
 
 //! What a run leaves behind: ParaView series, HDF5 archive, time series.
 class Recorder
@@ -29,9 +32,8 @@ class Recorder
                        {"spacing", std::vector<double>{lattice_.spacing[0], lattice_.spacing[1]}}}),
           table_(self.directory() / (self.name() + ".csv"),
                  std::vector<std::string>{"time [s]", "max_speed [m/s]", "mass [kg/m]", "momentum_x [N s/m]",
-                                          "momentum_y [N s/m]"})
-    {
-    }
+                                          "momentum_y [N s/m]", "window_impulse_x [N s/m]", "window_impulse_y [N s/m]"})
+    {}
 
     void picture(double time, Solver& solver)
     {
@@ -51,10 +53,12 @@ class Recorder
                                   {"solid_fraction", "", std::span<float const>(solid), {ny, nx}, pack}});
     }
 
-    void row(double time, Solver& solver)
+    //! `impulse`: what the fluid gave to all grains in the last window [N s/m].
+    void row(double time, Solver& solver, std::array<double, 2> impulse)
     {
         auto const momentum = solver.momentum();
-        table_.append(std::vector<double>{time, solver.max_speed(), solver.mass(), momentum[0], momentum[1]});
+        table_.append(std::vector<double>{time, solver.max_speed(), solver.mass(), momentum[0], momentum[1], impulse[0],
+                                          impulse[1]});
     }
 
     void close() { archive_.close(); }
@@ -90,6 +94,12 @@ struct MeanLoad
     {
         for (std::size_t k = 0; k < force.size(); ++k) force[k] += share * loads.force[k];
         for (std::size_t k = 0; k < torque.size(); ++k) torque[k] += share * loads.torque[k];
+    }
+    std::array<double, 2> impulse(double length) const
+    {
+        std::array<double, 2> sum{};
+        for (std::size_t k = 0; k < force.size(); ++k) sum[k % 2] += force[k];
+        return {sum[0] * length, sum[1] * length};
     }
     sluice::Load view() const { return {id, force, torque}; }
 };
@@ -152,7 +162,7 @@ void take_part(sluice::Participant& self)
             }
             if (first) {
                 recorder.picture(0.0, solver);
-                recorder.row(0.0, solver);
+                recorder.row(0.0, solver, {});
                 first = false;
             }
             solver.step();
@@ -163,15 +173,19 @@ void take_part(sluice::Participant& self)
         }
         tell();
         if (window.output) recorder.picture(window.end, solver);
-        if (window.series) recorder.row(window.end, solver);
+        if (window.series) recorder.row(window.end, solver, load.impulse(window.length));
     }
     self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel", 1 - covered / steps_done);
-    self.skipped("area fractions", "discs that moved too little keep those of the step before", 1 - rebuilt / steps_done);
+    self.skipped("area fractions", "discs that moved too little keep those of the step before",
+                 1 - rebuilt / steps_done);
     recorder.close();
 }
 
 }  // namespace
 
-int main(int argc, char** argv) { return sluice::run(argc, argv, take_part); }
+int main(int argc, char** argv)
+{
+    return sluice::run(argc, argv, take_part);
+}
 
 }  // namespace lbm
