@@ -52,19 +52,14 @@ void find_eddy_rates(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, R
         double const odd5 = f5[x] - f7[x], odd6 = f6[x] - f8[x];
         double const rho = 1.0 + (f0[x] + (even1 + even2) + (even5 + even6));
         double jx = f1[x] - f3[x] + (odd5 - odd6), jy = f2[x] - f4[x] + (odd5 + odd6);
-        double work_x = 0, work_y = 0;
         if constexpr (F.force) {
-            double fluid = 1.0;
-            if constexpr (F.grains) fluid = std::max(0.0, 1.0 - fraction[x]);
-            work_x = fluid * half_x;
-            work_y = fluid * half_y;
-            jx += work_x;
-            jy += work_y;
+            jx += half_x;
+            jy += half_y;
         }
         double const inverse_rho = 1.0 / rho;
         double const ux = jx * inverse_rho, uy = jy * inverse_rho;
-        double const normal = even1 - even2 - (jx * ux - jy * uy) + 2.0 * (ux * work_x - uy * work_y);
-        double const shear = even5 - even6 - jx * uy + (ux * work_y + uy * work_x);
+        double const normal = even1 - even2 - (jx * ux - jy * uy) + 2.0 * (ux * half_x - uy * half_y);
+        double const shear = even5 - even6 - jx * uy + (ux * half_y + uy * half_x);
         double const stress = std::sqrt(normal * normal + 4.0 * (shear * shear));
         double rate = 2.0 / (tau + std::sqrt(tau_square + term * stress * inverse_rho));
         if constexpr (F.grains) rate = fraction[x] > eddy_free ? base : rate;
@@ -79,8 +74,9 @@ void find_eddy_rates(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, R
 //! (2002) 046308), so that the velocity holds half the force. Equilibrium: the second-order one.
 //! Solids (Noble and Torczynski, Int. J. Mod. Phys. C 9 (1998) 1189), superposition form:
 //!     f' = f + (1 - B) Omega + B (f_-q - f_q + f_eq,q(u_s) - f_eq,-q(u_s)):
-//! the even moments relax by (1 - B), the odd ones move toward those of u_s by 2 B. The force acts on the fluid's share
-//! (1 - eps) of the cell. Covered cells have no large-eddy term: their stress is not that of a flow.
+//! the even moments relax by (1 - B), the odd ones move toward those of u_s by 2 B. The body force acts on the whole
+//! cell: fluid at rest then stays at rest under a disc too, and Solver gives the disc what the force on its share
+//! takes. Covered cells have no large-eddy term: their stress is not that of a flow.
 //!
 //! Straight-line on purpose, and longer than the house rule: the compiler vectorises it as one loop.
 template <Features F>
@@ -104,12 +100,8 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
         double jx = odd1 + diagonal_x, jy = odd2 + diagonal_y;
         double qx = diagonal_x - 2.0 * odd1, qy = diagonal_y - 2.0 * odd2;
 
-        double force_x = 0, force_y = 0;
+        double const force_x = F.force ? r.force_x : 0.0, force_y = F.force ? r.force_y : 0.0;
         if constexpr (F.force) {
-            double fluid = 1.0;
-            if constexpr (F.grains) fluid = std::max(0.0, 1.0 - s.fraction[x]);
-            force_x = fluid * r.force_x;
-            force_y = fluid * r.force_y;
             jx += 0.5 * force_x;
             jy += 0.5 * force_y;
             qx -= 0.5 * force_x;

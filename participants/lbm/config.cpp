@@ -216,7 +216,6 @@ Config read_config(sluice::Reader& r, std::array<double, 2> gravity)
         c.acceleration[1] += gravity[1];
     }
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
-    c.inner_fluid_inertia = r.flag_or("inner_fluid_inertia", true);
     c.threads = read_threads(r);
     bool const readable =
         c.cell > 0 && c.step > 0 && std::isfinite(c.step) && c.size[0] > 0 && c.viscosity > 0 && c.density > 0;

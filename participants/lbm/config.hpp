@@ -53,7 +53,6 @@ struct Config
     std::array<Wall, 4> walls{};               //!< indexed by Side
     std::array<double, 2> acceleration{0, 0};  //!< of the whole fluid [m/s2]: force density rho_0 a
     double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
-    bool inner_fluid_inertia = true;  //!< give the discs back the inertia of the fluid the lattice keeps inside
     int threads = 1;
 
     LatticeUnits units() const noexcept { return {cell, step, density}; }

@@ -74,7 +74,7 @@ void Coverage::lay_out(std::span<Disc const> discs)
     }
 }
 
-void Coverage::update(std::span<Disc const> discs, Team& team)
+std::ptrdiff_t Coverage::update(std::span<Disc const> discs, Team& team)
 {
     auto const same_layout = [&] {
         if (shape_.size() != discs.size()) return false;
@@ -86,17 +86,18 @@ void Coverage::update(std::span<Disc const> discs, Team& team)
         lay_out(discs);
         shape_.assign(discs.size(), Shape{NAN, NAN, NAN});
     }
-    std::atomic<bool> changed = false;
+    std::atomic<std::ptrdiff_t> changed = 0;
     team.share(static_cast<std::ptrdiff_t>(discs.size()), 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             Shape const now{discs[i].x, discs[i].y, discs[i].radius};
             if (shape_[i] == now) continue;
             shape_[i] = now;
             cover(i, discs[i]);
-            changed.store(true, std::memory_order_relaxed);
+            changed.fetch_add(1, std::memory_order_relaxed);
         }
     });
-    if (changed || discs.empty()) sort_by_row();
+    if (changed > 0 || discs.empty()) sort_by_row();
+    return changed;
 }
 
 //! Rasterises disc i and lists its strips, clipped to the domain or wrapped around it.

@@ -38,14 +38,14 @@ class Coverage
 
     //! Solids at rest that are no discs: area fraction of every cell, shape [y][x].
     void set_obstacle(std::vector<double> fraction);
-    void update(std::span<Disc const> discs, Team& team);
+    //! Returns how many discs' fractions it computed anew.
+    std::ptrdiff_t update(std::span<Disc const> discs, Team& team);
 
     //! Indices into strips() of the strips in row y, by body.
     std::span<std::uint32_t const> row(std::ptrdiff_t y) const noexcept;
     std::span<Strip const> strips() const noexcept { return strips_; }
     //! Begin and end in strips() of body i's strips, from the lowest row up.
     std::array<std::size_t, 2> of_body(std::size_t i) const noexcept { return {first_[i], first_[i] + count_[i]}; }
-    bool empty() const noexcept { return by_row_.empty(); }
 
  private:
     struct Shape

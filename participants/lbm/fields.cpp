@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/solver.hpp"
 
 namespace lbm {
@@ -43,7 +44,7 @@ void Solver::read_row(std::ptrdiff_t y, RowState& row) const
 {
     auto const n = static_cast<std::size_t>(populations_.nx());
     for (auto* v : {&row.excess, &row.ux, &row.uy, &row.fraction}) v->assign(n, 0.0);
-    std::vector<double> solid_x(n), solid_y(n), share(n);
+    std::vector<double> solid_x(n), solid_y(n);
     for (std::uint32_t const index : coverage_.row(y)) {
         Strip const& s = coverage_.strips()[index];
         bool const moves = s.body < static_cast<std::ptrdiff_t>(discs_.size());
@@ -55,7 +56,6 @@ void Solver::read_row(std::ptrdiff_t y, RowState& row) const
             solid_y[x] += s.fraction[k] * (disc.uy + disc.spin * (s.arm_x + static_cast<double>(k)));
         }
     }
-    weight_.per_fraction(row.fraction.data(), share.data(), populations_.nx());
     double const* f[directions];
     for (std::size_t q = 0; q < directions; ++q) f[q] = populations_.row(q, y);
     for (std::size_t x = 0; x < n; ++x) {
@@ -65,10 +65,11 @@ void Solver::read_row(std::ptrdiff_t y, RowState& row) const
             jx += cx[q] * f[q][x];
             jy += cy[q] * f[q][x];
         }
-        double const fluid = std::max(0.0, 1 - row.fraction[x]), solid = share[x] * row.fraction[x];
+        double const share = weight_per_fraction(row.fraction[x], relaxation_.tau);
+        double const solid = share * row.fraction[x];
         row.excess[x] = excess;
-        row.ux[x] = (1 - solid) * (jx + 0.5 * fluid * relaxation_.force_x) / (1 + excess) + share[x] * solid_x[x];
-        row.uy[x] = (1 - solid) * (jy + 0.5 * fluid * relaxation_.force_y) / (1 + excess) + share[x] * solid_y[x];
+        row.ux[x] = (1 - solid) * (jx + 0.5 * relaxation_.force_x) / (1 + excess) + share * solid_x[x];
+        row.uy[x] = (1 - solid) * (jy + 0.5 * relaxation_.force_y) / (1 + excess) + share * solid_y[x];
         row.fraction[x] = std::min(row.fraction[x], 1.0);
     }
 }

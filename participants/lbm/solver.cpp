@@ -6,6 +6,7 @@
 
 #include "coupler/base/error.hpp"
 #include "participants/lbm/collide.hpp"
+#include "participants/lbm/solid_weight.hpp"
 
 namespace lbm {
 namespace {
@@ -92,6 +93,29 @@ struct StripVelocity
     }
 };
 
+void find_weights(std::ptrdiff_t begin, std::ptrdiff_t end, double tau, RowBuffer& row)
+{
+    double const* const fraction = row.fraction.data();
+    double* const weight = row.weight.data();
+#pragma omp simd
+    for (std::ptrdiff_t x = begin; x < end; ++x) weight[x] = weight_per_fraction(fraction[x], tau);
+}
+
+//! Deep inside a disc, where all neighbours are covered as well, the fluid takes the disc's velocity in one step.
+void set_core_weight(Strip const& strip, std::span<Disc const> discs, RowBuffer& row)
+{
+    if (strip.body >= static_cast<std::ptrdiff_t>(discs.size())) return;
+    double const core = discs[static_cast<std::size_t>(strip.body)].radius - skin;
+    double const square = core * core - strip.arm_y * strip.arm_y;
+    if (core <= 0 || square <= 0) return;
+    double const half = std::sqrt(square);
+    auto const first = static_cast<std::ptrdiff_t>(std::ceil(-half - strip.arm_x));
+    auto const last = static_cast<std::ptrdiff_t>(std::floor(half - strip.arm_x));
+    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(first, 0); k <= std::min(last, strip.count - 1); ++k)
+        row.weight[static_cast<std::size_t>(strip.begin + k)] =
+            core_weight / row.fraction[static_cast<std::size_t>(strip.begin + k)];
+}
+
 void add_strip(Strip const& strip, StripVelocity const& v, RowBuffer& row)
 {
     double* const fraction = row.fraction.data() + strip.begin;
@@ -108,13 +132,12 @@ void add_strip(Strip const& strip, StripVelocity const& v, RowBuffer& row)
 
 }  // namespace
 
-Solver::Solver(Config const& config, SolidWeightLaw law)
+Solver::Solver(Config const& config)
     : config_(checked(config)),
       relaxation_(relaxation(config_)),
       walls_(walls_lu(config_)),
       fluid_(choose(config_).fluid),
       covered_(choose(config_).covered),
-      weight_(law, relaxation_.tau, relaxation_.flux),
       team_(config_.threads),
       populations_(config_.cells()[0], config_.cells()[1], team_),
       coverage_(config_.cells()[0], config_.cells()[1], walls_.periodic_x, walls_.periodic_y),
@@ -123,7 +146,8 @@ Solver::Solver(Config const& config, SolidWeightLaw law)
 
 void Solver::step()
 {
-    coverage_.update(discs_, team_);
+    std::ptrdiff_t const rebuilt = coverage_.update(discs_, team_);
+    share_.rebuilt_discs = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(discs_.size()));
     strip_load_.resize(coverage_.strips().size());
     team_.share(populations_.ny(), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (std::ptrdiff_t y = begin; y < end; ++y) collide_row(y);
@@ -174,8 +198,11 @@ void Solver::collide_covered_row(std::ptrdiff_t y, std::span<std::uint32_t const
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
         if (!touched) return fluid_(slots, begin, end, relaxation_, {});
         covered_cells_[static_cast<std::size_t>(y)] += end - begin;
-        weight_.per_fraction(buffer.fraction.data() + begin, buffer.weight.data() + begin, end - begin);
-        covered_(slots, begin, end, relaxation_, buffer.view());
+        find_weights(begin, end, relaxation_.tau, buffer);
+    });
+    for (std::uint32_t const k : strips) set_core_weight(coverage_.strips()[k], discs_, buffer);
+    each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
+        if (touched) covered_(slots, begin, end, relaxation_, buffer.view());
     });
     add_strip_forces(strips, buffer.view());
 }
@@ -219,9 +246,7 @@ bool Solver::sum_loads()
         exchange_torque_[i] = sum.torque * torque_unit;
         finite = finite && std::isfinite(sum.force_x + sum.force_y + sum.torque);
     }
-    force_ = exchange_;
-    torque_ = exchange_torque_;
-    if (config_.inner_fluid_inertia) add_inner_inertia();
+    find_loads();
     std::ptrdiff_t const covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
     share_.covered_cells = static_cast<double>(covered) / static_cast<double>(populations_.nx() * populations_.ny());
     return finite;

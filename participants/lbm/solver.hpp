@@ -9,7 +9,6 @@
 #include "participants/lbm/fields.hpp"
 #include "participants/lbm/populations.hpp"
 #include "participants/lbm/relaxation.hpp"
-#include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/walls.hpp"
 
 namespace lbm {
@@ -53,7 +52,7 @@ class Solver
 {
  public:
     //! Throws Error (exit 2) if find_issues() refuses the configuration.
-    explicit Solver(Config const& config, SolidWeightLaw law = SolidWeightLaw::noble_torczynski);
+    explicit Solver(Config const& config);
 
     double time_step() const noexcept { return config_.step; }                           //!< [s]
     double time() const noexcept { return static_cast<double>(steps_) * config_.step; }  //!< [s]
@@ -68,7 +67,7 @@ class Solver
     LoadsView exchange() const noexcept
     {
         return {exchange_, exchange_torque_};
-    }  //!< without the inner fluid's inertia
+    }  //!< the momentum the lattice lost, per step
 
     Fields fields(int coarsen = 1);
     double max_speed();                //!< [m/s]
@@ -85,7 +84,7 @@ class Solver
     void collide_covered_row(std::ptrdiff_t y, std::span<std::uint32_t const> strips);
     void add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid);
     bool sum_loads();
-    void add_inner_inertia();
+    void find_loads();
     void check_discs(DiscsView const& discs) const;
     void complete();
     void read_row(std::ptrdiff_t y, RowState& row) const;
@@ -98,6 +97,11 @@ class Solver
         double gyration;                 //!< squared radius of gyration [m2]
         std::array<double, 3> velocity;  //!< the disc's velocity and angular velocity [m/s, 1/s]
     };
+    //! What a step leaves to the next one about a disc: Displaced::velocity, exchanged force and torque [N/m, N m/m].
+    struct Past
+    {
+        std::array<double, 3> velocity, exchange;
+    };
     struct StripLoad
     {
         double force_x, force_y, torque;
@@ -108,14 +112,13 @@ class Solver
     Relaxation relaxation_;
     Walls walls_;
     Kernel fluid_ = nullptr, covered_ = nullptr;
-    SolidWeight weight_;
     Team team_;
     Populations populations_;
     Coverage coverage_;
     std::vector<Disc> discs_;
     std::vector<Displaced> displaced_;
     std::vector<std::uint64_t> id_, last_id_;
-    std::vector<std::array<double, 3>> last_velocity_;  //!< Displaced::velocity of the last step
+    std::vector<Past> past_;  //!< of the discs last_id_
     std::vector<StripLoad> strip_load_;
     std::vector<double> force_, torque_, exchange_, exchange_torque_;
     std::vector<std::ptrdiff_t> covered_cells_;  //!< for each row

@@ -1,4 +1,5 @@
 // Solver: what goes in and comes out between two steps.
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdio>
@@ -74,28 +75,34 @@ void Solver::set_discs(DiscsView const& discs)
     for (auto* v : {&torque_, &exchange_torque_}) v->resize(n);
 }
 
-//! The lattice keeps fluid inside a disc, which follows it: the exchange holds -m_f dU/dt of that fluid, which does not
-//! exist. Gives it back from the discs' own velocities of this step and the last; a disc that is new has no last one.
-void Solver::add_inner_inertia()
+//! From the momentum exchanged to the load on a disc:
+//!     load = (exchange of this step + exchange of the last)/2 + m_f (dU/dt - a)
+//! The mean takes out the swing of period 2 that the populations thrown back inside a disc make; half of the last
+//! exchange is always under way. m_f = rho_0 pi r^2 is fluid that the lattice keeps inside a disc and that does not
+//! exist: it is carried along and feels the body force. m_f a makes the buoyancy -rho_0 V a, exactly. dU is the change
+//! of the disc's velocity since the last step; a new disc has no past.
+void Solver::find_loads()
 {
+    std::size_t const n = id_.size();
+    std::unordered_map<std::uint64_t, std::size_t> where;
+    bool const same = id_ == last_id_;
+    for (std::size_t i = 0; !same && i < last_id_.size(); ++i) where.emplace(last_id_[i], i);
+    std::vector<Past> now(n);
     double const rate = 1 / config_.step;
-    auto const add = [&](std::size_t i, std::array<double, 3> const& before) {
+    for (std::size_t i = 0; i < n; ++i) {
         Displaced const& d = displaced_[i];
-        force_[2 * i] += d.mass * (d.velocity[0] - before[0]) * rate;
-        force_[2 * i + 1] += d.mass * (d.velocity[1] - before[1]) * rate;
-        torque_[i] += d.mass * d.gyration * (d.velocity[2] - before[2]) * rate;
-    };
-    if (id_ == last_id_) {
-        for (std::size_t i = 0; i < id_.size(); ++i) add(i, last_velocity_[i]);
-    } else {
-        std::unordered_map<std::uint64_t, std::size_t> where;
-        for (std::size_t i = 0; i < last_id_.size(); ++i) where.emplace(last_id_[i], i);
-        for (std::size_t i = 0; i < id_.size(); ++i)
-            if (auto const found = where.find(id_[i]); found != where.end()) add(i, last_velocity_[found->second]);
+        now[i] = {d.velocity, {exchange_[2 * i], exchange_[2 * i + 1], exchange_torque_[i]}};
+        auto const found = same ? where.end() : where.find(id_[i]);
+        Past const past = same ? past_[i] : found != where.end() ? past_[found->second] : Past{d.velocity, {0, 0, 0}};
+        auto const load = [&](std::size_t k, double inertia) {
+            return 0.5 * (now[i].exchange[k] + past.exchange[k]) + inertia * rate * (d.velocity[k] - past.velocity[k]);
+        };
+        force_[2 * i] = load(0, d.mass) - d.mass * config_.acceleration[0];
+        force_[2 * i + 1] = load(1, d.mass) - d.mass * config_.acceleration[1];
+        torque_[i] = load(2, d.mass * d.gyration);
     }
-    last_id_ = id_;
-    last_velocity_.resize(id_.size());
-    for (std::size_t i = 0; i < id_.size(); ++i) last_velocity_[i] = displaced_[i].velocity;
+    past_ = std::move(now);
+    if (!same) last_id_ = id_;
 }
 
 void Solver::set_obstacle(std::vector<double> fraction)
@@ -190,14 +197,14 @@ void Solver::watch()
     }
 }
 
-//! Layout: steps, number of last velocities, (id, velocity[3]) each, then [q][y][x].
+//! Layout: steps, number of discs, (id, velocity[3], exchange[3]) each, then [q][y][x].
 std::vector<double> Solver::save()
 {
     complete();
     std::vector<double> state{static_cast<double>(steps_), static_cast<double>(last_id_.size())};
     for (std::size_t i = 0; i < last_id_.size(); ++i) {
         state.push_back(std::bit_cast<double>(last_id_[i]));
-        state.insert(state.end(), last_velocity_[i].begin(), last_velocity_[i].end());
+        for (auto const& v : {past_[i].velocity, past_[i].exchange}) state.insert(state.end(), v.begin(), v.end());
     }
     for (std::size_t q = 0; q < directions; ++q)
         for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y)
@@ -208,18 +215,18 @@ std::vector<double> Solver::save()
 void Solver::restore(std::span<double const> state)
 {
     auto const cells = static_cast<std::size_t>(populations_.nx() * populations_.ny());
-    std::size_t const discs = state.size() < 2 ? 0 : static_cast<std::size_t>(state[1]);
-    require(state.size() == 2 + 4 * discs + directions * cells, [&] {
+    std::size_t const discs = state.size() < 2 ? 0 : static_cast<std::size_t>(std::max(state[1], 0.0));
+    require(state.size() == 2 + 7 * discs + directions * cells, [&] {
         return Error(format("fluid: the saved state has %zu numbers (must fit %zu cells).", state.size(), cells),
                      Exit::io);
     });
     steps_ = static_cast<std::int64_t>(state[0]);
     double const* from = state.data() + 2;
     last_id_.resize(discs);
-    last_velocity_.resize(discs);
-    for (std::size_t i = 0; i < discs; ++i, from += 4) {
+    past_.resize(discs);
+    for (std::size_t i = 0; i < discs; ++i, from += 7) {
         last_id_[i] = std::bit_cast<std::uint64_t>(from[0]);
-        last_velocity_[i] = {from[1], from[2], from[3]};
+        past_[i] = {{from[1], from[2], from[3]}, {from[4], from[5], from[6]}};
     }
     for (std::size_t q = 0; q < directions; ++q)
         for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y, from += populations_.nx())

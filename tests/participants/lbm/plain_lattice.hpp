@@ -6,7 +6,6 @@
 
 #include "participants/lbm/coverage.hpp"
 #include "participants/lbm/relaxation.hpp"
-#include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/walls.hpp"
 #include "tests/participants/lbm/exact_area.hpp"
 
@@ -96,16 +95,19 @@ class PlainLattice
     {
         std::vector<double> fraction(discs.size());
         double covered = 0;
+        bool core = false;
         for (std::size_t i = 0; i < discs.size(); ++i) {
             auto const [ax, ay] = arm(discs[i], x, y);
             fraction[i] = exact_area(ax - 0.5, ax + 0.5, ay - 0.5, ay + 0.5, discs[i].radius);
             if (std::hypot(ax, ay) > discs[i].radius + 1) fraction[i] = 0;
             covered += fraction[i];
+            core = core || std::hypot(ax, ay) <= discs[i].radius - 2.13;
         }
-        double const weight = covered >= 1 ? 1 : covered > 0 ? lbm::noble_torczynski_weight(covered, rates_.tau) : 0;
-        Moments m = moments(f);
-        double const fluid = std::max(0.0, 1 - covered);
-        double const fx = fluid * rates_.force_x, fy = fluid * rates_.force_y;
+        double const t = rates_.tau - 0.5;
+        double weight = std::min(0.95, covered >= 1 ? 1 : covered * t / (1 - covered + t));
+        if (core) weight = 0.5;
+        Moments const m = moments(f);
+        double const fx = rates_.force_x, fy = rates_.force_y;
         double const rho = 1 + m[0], ux = (m[3] + fx / 2) / rho, uy = (m[5] + fy / 2) / rho;
         Moments const source = {0,   6 * (ux * fx + uy * fy), -6 * (ux * fx + uy * fy), fx, -fx, fy,
                                 -fy, 2 * (ux * fx - uy * fy), ux * fy + uy * fx};

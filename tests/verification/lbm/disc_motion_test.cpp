@@ -1,0 +1,203 @@
+#include <doctest/doctest.h>
+
+#include <numbers>
+#include <string>
+
+#include "tests/verification/lbm/lattice_case.hpp"
+
+using namespace lattice_case;
+
+namespace {
+
+std::string text(char const* pattern, double a, double b)
+{
+    char out[80];
+    std::snprintf(out, sizeof out, pattern, a, b);
+    return out;
+}
+
+//! F/(mu U) of a disc dragged along the axis of a closed channel of width H and length 6 H [-].
+double confined_drag(std::ptrdiff_t height, double ratio, double tau)
+{
+    std::ptrdiff_t const length = 6 * height;
+    lbm::Config c = config(length, height, tau);
+    double const h = static_cast<double>(height), d = ratio * h;
+    double const speed = 0.02 * c.viscosity / d;  // Re = 0.02
+    lbm::Solver solver(c);
+    Discs discs;
+    discs.add(0.5 * static_cast<double>(length), 0.5 * h, 0.5 * d, speed);
+    double sum = 0;
+    int const interval = static_cast<int>(h * h / c.viscosity / 30);
+    auto const steps = [&] {
+        sum = 0;
+        for (int k = 0; k < interval; ++k) {
+            solver.set_discs(discs.view());
+            solver.step();
+            discs.position[0] += speed;
+            sum -= solver.loads().force[0];
+        }
+        return sum / interval;
+    };
+    double x0 = 0, x1 = 0, x2 = steps(), limit = 0;
+    for (int k = 0; k < 30; ++k) {  // the slowest mode decays exponentially: its limit from three means (Aitken)
+        x0 = x1, x1 = x2, x2 = steps();
+        if (k < 3) continue;
+        double const next = x2 - (x2 - x1) * (x2 - x1) / ((x2 - x1) - (x1 - x0));
+        bool const settled = std::abs(next - limit) < 3e-4 * std::abs(next);
+        limit = next;
+        if (settled) break;
+    }
+    return limit / (c.viscosity * speed);
+}
+
+//! A disc turning in a circular cavity, both of area fractions.
+struct Cavity
+{
+    double torque;     //!< T/(mu w R1^2) [-]
+    double swirl_rms;  //!< of u_theta over the cells without solid, in w R1 [-]
+};
+
+Cavity turn_in_cavity(double inner, double outer)
+{
+    auto const side = static_cast<std::ptrdiff_t>(2 * outer + 4);
+    lbm::Config c = config(side, side, 1.0);
+    double const spin = 0.1 * c.viscosity / (inner * inner);  // Re = 0.1
+    double const centre = 0.5 * static_cast<double>(side);
+    lbm::Team team(1);
+    lbm::Coverage hole(side, side, false, false);
+    hole.update(std::vector<lbm::Disc>{{centre, centre, outer, 0, 0, 0}}, team);
+    std::vector<double> wall(static_cast<std::size_t>(side * side), 1.0);
+    for (lbm::Strip const& s : hole.strips().first(hole.of_body(0)[1]))
+        for (std::ptrdiff_t k = 0; k < s.count; ++k)
+            wall[static_cast<std::size_t>(s.y * side + s.begin + k)] -= s.fraction[k];
+    for (double& w : wall) w = w < 1e-12 ? 0 : w;
+    lbm::Solver solver(c);
+    solver.set_obstacle(wall);
+    Discs discs;
+    discs.add(centre, centre, inner, 0, 0, spin);
+    solver.set_discs(discs.view());
+    auto const interval = static_cast<int>((outer - inner) * (outer - inner) / c.viscosity / 20);
+    double const torque = run_to_steady(solver, interval, 1e-5, 100000, [&] { return -solver.loads().torque[0]; });
+    lbm::Fields const f = solver.fields();
+    double const b = spin * inner * inner * outer * outer / (outer * outer - inner * inner), a = -b / (outer * outer);
+    double sum = 0, cells = 0;
+    for (std::ptrdiff_t y = 0; y < side; ++y) {
+        for (std::ptrdiff_t x = 0; x < side; ++x) {
+            auto const k = static_cast<std::size_t>(y * side + x);
+            if (f.solid_fraction[k] > 0) continue;
+            double const rx = static_cast<double>(x) + 0.5 - centre, ry = static_cast<double>(y) + 0.5 - centre,
+                         r = std::hypot(rx, ry);
+            double const swirl = (rx * f.velocity[2 * k + 1] - ry * f.velocity[2 * k]) / r;
+            double const error = (swirl - (a * r + b / r)) / (spin * inner);
+            sum += error * error;
+            cells += 1;
+        }
+    }
+    return {torque / (c.viscosity * spin * inner * inner), std::sqrt(sum / cells)};
+}
+
+}  // namespace
+
+TEST_CASE("C03: disc dragged along the axis of a closed channel")
+{
+    // fundamental solutions, 7 digits; Faxen's series agrees to 5 digits for k <= 0.2
+    struct Row
+    {
+        std::ptrdiff_t height;
+        double ratio, tau, reference, mark;
+    };
+    for (Row const row : {Row{80, 0.2, 1.0, 16.532547, 0.03}, Row{54, 0.3, 1.0, 29.15854, 0.03},
+                          Row{107, 0.3, 1.0, 29.15854, 0.015}, Row{160, 0.2, 1.5, 16.532547, 0.015}}) {
+        verification::Stopwatch const watch;
+        double const got = confined_drag(row.height, row.ratio, row.tau);
+        CHECK(verification::report(
+            {"C03", text("F/(mu U) at k=%.1f, d=%.1f dx [-]", row.ratio, row.ratio * static_cast<double>(row.height)),
+             got, row.reference, relative(got, row.reference), row.mark, watch.seconds()}));
+    }
+}
+
+TEST_CASE("C04: disc turning in a circular cavity")
+{
+    // closed form: T = 4 pi mu w R1^2 R2^2/(R2^2 - R1^2); marks 3 % at R1 = 10 cells, 1.5 % at 20
+    for (double const inner : {10.0, 20.0}) {
+        verification::Stopwatch const watch;
+        Cavity const got = turn_in_cavity(inner, 3 * inner);
+        double const reference = 4 * std::numbers::pi * 9 / 8, mark = inner < 15 ? 0.03 : 0.015;
+        CHECK(verification::report({"C04", text("T/(mu w R1^2) at R1=%.0f, R2=%.0f dx [-]", inner, 3 * inner),
+                                    got.torque, reference, relative(got.torque, reference), mark, watch.seconds()}));
+        CHECK(verification::report({"C04", text("u_theta RMS / (w R1) at R1=%.0f, R2=%.0f dx [-]", inner, 3 * inner),
+                                    got.swirl_rms, 0, got.swirl_rms, mark, watch.seconds()}));
+    }
+}
+
+namespace {
+
+constexpr double rest_radius = 8;
+
+//! Fluid at rest under gravity in a box that is periodic in x, 12 radii wide and 8 high.
+lbm::Config pool(double gravity)
+{
+    lbm::Config c = config(96, 64, 1.0);
+    make_periodic(c, true, false);
+    c.acceleration = {0, -gravity};
+    return c;
+}
+
+void fill(lbm::Solver& solver, double gravity)
+{
+    solver.set_state([&](double, double y) {
+        return lbm::PointState{.velocity = {}, .pressure = gravity * (32 - y), .gradient = {}};
+    });
+}
+
+}  // namespace
+
+TEST_CASE("C07: buoyancy of a disc at rest on the floor, ten places within a cell")
+{
+    // closed form rho_f g V; with area fractions 0.5 % in the mean and 0.5 % in the scatter
+    verification::Stopwatch const watch;
+    double const gravity = 1e-6, reference = std::numbers::pi * rest_radius * rest_radius * gravity;
+    double mean = 0, scatter = 0;
+    for (int k = 0; k < 10; ++k) {
+        lbm::Solver solver(pool(gravity));
+        fill(solver, gravity);
+        Discs discs;
+        discs.add(48 + std::fmod(0.618 * k, 1.0), rest_radius + 0.1 * k, rest_radius);
+        solver.set_discs(discs.view());
+        double sum = 0;
+        for (int step = 0; step < 6000; ++step) {
+            solver.step();
+            if (step >= 5000) sum += solver.loads().force[1] / 1000;
+        }
+        mean += sum / 10;
+        scatter = std::max(scatter, relative(sum, reference));
+    }
+    CHECK(verification::report({"C07", "mean buoyancy / (rho_f g V) [-]", mean / reference, 1,
+                                relative(mean, reference), 0.005, watch.seconds()}));
+    CHECK(verification::report(
+        {"C07", "largest deviation of ten offsets [-]", scatter, 0, scatter, 0.005, watch.seconds()}));
+}
+
+TEST_CASE("C07: a neutrally buoyant disc in fluid at rest stays where it is")
+{
+    verification::Stopwatch const watch;
+    double const gravity = 1e-6, mass = std::numbers::pi * rest_radius * rest_radius;
+    lbm::Solver solver(pool(gravity));
+    fill(solver, gravity);
+    Discs discs;
+    discs.add(48.3, 30.6, rest_radius);
+    double drift = 0;
+    auto const steps = static_cast<int>(10 * rest_radius * rest_radius / solver.config().viscosity);
+    for (int step = 0; step < steps; ++step) {
+        solver.set_discs(discs.view());
+        solver.step();
+        for (std::size_t k : {0UL, 1UL}) {
+            discs.velocity[k] += solver.loads().force[k] / mass - (k == 1 ? gravity : 0);
+            discs.position[k] += discs.velocity[k];
+        }
+        discs.spin[0] += solver.loads().torque[0] / (0.5 * mass * rest_radius * rest_radius);
+        drift = std::hypot(discs.position[0] - 48.3, discs.position[1] - 30.6);
+    }
+    CHECK(verification::report({"C07", "drift / a after nu t/a^2 = 10, rho_s = rho_f [-]", drift / rest_radius, 0,
+                                drift / rest_radius, 1e-3, watch.seconds()}));
+}

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "participants/lbm/solver.hpp"
+#include "tests/support/verification.hpp"
+
+//! What the fluid's verification cases share. They run in lattice units: cell = step = density = 1.
+namespace lattice_case {
+
+inline lbm::Config config(std::ptrdiff_t nx, std::ptrdiff_t ny, double tau)
+{
+    lbm::Config c;
+    c.cell = c.step = c.density = 1;
+    c.size = {static_cast<double>(nx), static_cast<double>(ny)};
+    c.viscosity = (tau - 0.5) / 3;
+    return c;
+}
+
+inline void make_periodic(lbm::Config& c, bool x, bool y)
+{
+    c.walls[lbm::left].periodic = c.walls[lbm::right].periodic = x;
+    c.walls[lbm::bottom].periodic = c.walls[lbm::top].periodic = y;
+}
+
+//! Discs that a case moves by hand.
+struct Discs
+{
+    std::vector<double> position, velocity, spin, radius;
+
+    void add(double x, double y, double r, double ux = 0, double uy = 0, double w = 0)
+    {
+        position.insert(position.end(), {x, y});
+        velocity.insert(velocity.end(), {ux, uy});
+        spin.push_back(w);
+        radius.push_back(r);
+    }
+    lbm::DiscsView view() const { return {position, velocity, spin, radius}; }
+};
+
+//! Mean of one velocity component over the whole lattice, solids counted as they move.
+inline double mean_velocity(lbm::Solver& solver, std::size_t component)
+{
+    lbm::Fields const f = solver.fields();
+    double sum = 0;
+    for (std::size_t k = component; k < f.velocity.size(); k += 2) sum += f.velocity[k];
+    return sum / static_cast<double>(f.nx * f.ny);
+}
+
+//! Steps until the limit of `measure()`, taken every `interval` steps, is known to `tolerance` of itself: the slowest
+//! mode decays exponentially, so three values give the limit (Aitken), and two such limits must agree. Gives up after
+//! `limit` steps and returns what it has.
+template <class Measure>
+double run_to_steady(lbm::Solver& solver, int interval, double tolerance, int limit, Measure&& measure)
+{
+    double x0 = 0, x1 = 0, x2 = 0, last = 0, extrapolated = 0;
+    for (int done = 0; done < limit; done += interval) {
+        for (int k = 0; k < interval; ++k) solver.step();
+        x0 = x1, x1 = x2, x2 = measure();
+        double const d1 = x1 - x0, d2 = x2 - x1;
+        last = extrapolated;
+        extrapolated = d1 != d2 ? x2 - d2 * d2 / (d2 - d1) : x2;
+        bool const settled =
+            std::abs(d2) <= std::abs(d1) && std::abs(extrapolated - last) <= tolerance * std::abs(extrapolated);
+        if (done > 3 * interval && settled) return extrapolated;
+    }
+    return extrapolated;
+}
+
+inline double relative(double value, double reference)
+{
+    return std::abs(value / reference - 1);
+}
+
+}  // namespace lattice_case
