@@ -30,6 +30,16 @@ struct SolidRow
     double* force_y;
 };
 
+//! a b + c, rounded once where the machine can (-ffp-contract=off leaves the choice to the source).
+inline double madd(double a, double b, double c) noexcept
+{
+#ifdef __FMA__
+    return __builtin_fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+
 inline constexpr double eddy_free = 1e-6;          //!< cells covered by more have no eddy viscosity
 inline constexpr std::ptrdiff_t eddy_block = 128;  //!< cells; two such arrays and 9 x 128 populations stay in cache
 
@@ -58,10 +68,13 @@ void find_eddy_rates(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, R
         }
         double const inverse_rho = 1.0 / rho;
         double const ux = jx * inverse_rho, uy = jy * inverse_rho;
-        double const normal = even1 - even2 - (jx * ux - jy * uy) + 2.0 * (ux * half_x - uy * half_y);
-        double const shear = even5 - even6 - jx * uy + (ux * half_y + uy * half_x);
-        double const stress = std::sqrt(normal * normal + 4.0 * (shear * shear));
-        double rate = 2.0 / (tau + std::sqrt(tau_square + term * stress * inverse_rho));
+        double normal = madd(jy, uy, madd(-jx, ux, even1 - even2)), shear = madd(-jx, uy, even5 - even6);
+        if constexpr (F.force) {
+            normal += 2.0 * (ux * half_x - uy * half_y);
+            shear += ux * half_y + uy * half_x;
+        }
+        double const stress = std::sqrt(madd(normal, normal, 4.0 * (shear * shear)));
+        double rate = 2.0 / (tau + std::sqrt(madd(term * stress, inverse_rho, tau_square)));
         if constexpr (F.grains) rate = fraction[x] > eddy_free ? base : rate;
         inverse_density[x - begin] = inverse_rho;
         shear_rate[x - begin] = rate;
@@ -87,6 +100,8 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
                   *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
     Relaxation const r = relax;
     SolidRow const s = solid;
+    double const energy_rate36 = -r.energy / 36, square_rate36 = -r.square / 36, shear_rate4 = -r.shear / 4;
+    double const flux_rate6 = r.flux / 6;
 #pragma omp simd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
         double const even1 = f1[x] + f3[x], odd1 = f1[x] - f3[x];
@@ -98,7 +113,7 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
         double const excess = f0[x] + axes + diagonals;  // rho - 1
         double const rho = 1.0 + excess;
         double jx = odd1 + diagonal_x, jy = odd2 + diagonal_y;
-        double qx = diagonal_x - 2.0 * odd1, qy = diagonal_y - 2.0 * odd2;
+        double qx = madd(-2.0, odd1, diagonal_x), qy = madd(-2.0, odd2, diagonal_y);
 
         double const force_x = F.force ? r.force_x : 0.0, force_y = F.force ? r.force_y : 0.0;
         if constexpr (F.force) {
@@ -113,13 +128,13 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
         else
             inverse_rho = 1.0 / rho;
         double const ux = jx * inverse_rho, uy = jy * inverse_rho;
-        double const kinetic = 3.0 * (jx * ux + jy * uy);
+        double const kinetic = 3.0 * madd(jx, ux, jy * uy);
 
         // distances from equilibrium
-        double energy = 2.0 * (diagonals + excess) - axes - 4.0 * f0[x] - kinetic;
-        double square = 4.0 * f0[x] - 2.0 * axes + diagonals - excess + kinetic;
-        double normal = even1 - even2 - (jx * ux - jy * uy);
-        double shear = even5 - even6 - jx * uy;
+        double energy = madd(2.0, diagonals + excess, madd(-4.0, f0[x], -axes)) - kinetic;
+        double square = madd(4.0, f0[x], madd(-2.0, axes, diagonals - excess)) + kinetic;
+        double normal = madd(jy, uy, madd(-jx, ux, even1 - even2));
+        double shear = madd(-jx, uy, even5 - even6);
         double work = 0, normal_work = 0, shear_work = 0;
         if constexpr (F.force) {
             work = 6.0 * (ux * force_x + uy * force_y);
@@ -130,49 +145,55 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
             normal += 0.5 * normal_work;
             shear += 0.5 * shear_work;
         }
-        double shear_rate = r.shear;
-        if constexpr (F.les) shear_rate = shear_rates[x - begin];
-        double flux_x = r.flux * (qx + jx), flux_y = r.flux * (qy + jy);
-        double energy_change = -r.energy * energy, square_change = -r.square * square;
-        double normal_change = -shear_rate * normal, shear_change = -shear_rate * shear;
+        double shear_rate = shear_rate4;
+        if constexpr (F.les) shear_rate = -0.25 * shear_rates[x - begin];
+        // changes of the moments, by the inverse's factors: e and eps/36, p/4, q/6
+        double flux_x = flux_rate6 * (qx + jx), flux_y = flux_rate6 * (qy + jy);
+        double energy_change = energy_rate36 * energy, square_change = square_rate36 * square;
+        double normal_change = shear_rate * normal, shear_change = shear_rate * shear;
         double jx_change = force_x, jy_change = force_y;
         if constexpr (F.grains) {
             double const weight2 = 2.0 * s.weight[x];
             double const solid2 = weight2 * s.fraction[x];  // 2 B
-            double const fluid = 1.0 - 0.5 * solid2;
+            double const fluid = madd(-0.5, solid2, 1.0);
             energy_change *= fluid;
             square_change *= fluid;
             normal_change *= fluid;
             shear_change *= fluid;
             double const rate = weight2 * rho;
             double const solid_x = rate * s.momentum_x[x], solid_y = rate * s.momentum_y[x];
-            flux_x = fluid * flux_x + solid2 * qx + solid_x;
-            flux_y = fluid * flux_y + solid2 * qy + solid_y;
-            jx_change += solid_x - solid2 * jx;
-            jy_change += solid_y - solid2 * jy;
+            flux_x = madd(fluid, flux_x, (1.0 / 6) * madd(solid2, qx, solid_x));
+            flux_y = madd(fluid, flux_y, (1.0 / 6) * madd(solid2, qy, solid_y));
+            jx_change += madd(-solid2, jx, solid_x);
+            jy_change += madd(-solid2, jy, solid_y);
             s.force_rate[x] = rate;
             s.force_x[x] = weight2 * jx;
             s.force_y[x] = weight2 * jy;
         }
         if constexpr (F.force) {
-            energy_change += work;
-            square_change -= work;
-            normal_change += normal_work;
-            shear_change += shear_work;
+            energy_change = madd(work, 1.0 / 36, energy_change);
+            square_change = madd(work, -1.0 / 36, square_change);
+            normal_change = madd(normal_work, 0.25, normal_change);
+            shear_change = madd(shear_work, 0.25, shear_change);
+            flux_x = madd(force_x, 1.0 / 6, flux_x);
+            flux_y = madd(force_y, 1.0 / 6, flux_y);
         }
-        double const qx_change = -force_x - flux_x, qy_change = -force_y - flux_y;
 
         // back to populations
-        double const diagonal = (2.0 * energy_change + square_change) * (1.0 / 36);
-        double const axis = -(energy_change + 2.0 * square_change) * (1.0 / 36);
-        double const axis_normal = 0.25 * normal_change, diagonal_shear = 0.25 * shear_change;
-        double const axis_x = (jx_change - qx_change) * (1.0 / 6), axis_y = (jy_change - qy_change) * (1.0 / 6);
-        double const corner_x = (2.0 * jx_change + qx_change) * (1.0 / 12);
-        double const corner_y = (2.0 * jy_change + qy_change) * (1.0 / 12);
-        double const along1 = axis + axis_normal, along2 = axis - axis_normal;
-        double const along5 = diagonal + diagonal_shear, along6 = diagonal - diagonal_shear;
+        double const diagonal = madd(2.0, energy_change, square_change);
+        double const axis = madd(-2.0, square_change, -energy_change);
+        double axis_x = flux_x, axis_y = flux_y;
+        double corner_x = -0.5 * flux_x, corner_y = -0.5 * flux_y;
+        if constexpr (F.force || F.grains) {
+            axis_x = madd(jx_change, 1.0 / 6, axis_x);
+            axis_y = madd(jy_change, 1.0 / 6, axis_y);
+            corner_x = madd(jx_change, 1.0 / 6, corner_x);
+            corner_y = madd(jy_change, 1.0 / 6, corner_y);
+        }
+        double const along1 = axis + normal_change, along2 = axis - normal_change;
+        double const along5 = diagonal + shear_change, along6 = diagonal - shear_change;
         double const corner5 = corner_x + corner_y, corner6 = corner_y - corner_x;
-        f0[x] += (square_change - energy_change) * (1.0 / 9);
+        f0[x] = madd(4.0, square_change - energy_change, f0[x]);
         f1[x] += along1 + axis_x;
         f3[x] += along1 - axis_x;
         f2[x] += along2 + axis_y;

@@ -16,7 +16,7 @@ using sluice::require;
 
 constexpr std::ptrdiff_t block = 8;         //!< cells that go to one kernel or the other together
 constexpr std::ptrdiff_t rows_a_chunk = 4;  //!< handed to a thread at a time
-constexpr std::int64_t watch_every = 32;    //!< steps
+constexpr std::int64_t watch_every = 64;    //!< steps
 
 using Kernel = void (*)(Slots const&, std::ptrdiff_t, std::ptrdiff_t, Relaxation const&, SolidRow const&);
 
@@ -111,9 +111,11 @@ void set_core_weight(Strip const& strip, std::span<Disc const> discs, RowBuffer&
     double const half = std::sqrt(square);
     auto const first = static_cast<std::ptrdiff_t>(std::ceil(-half - strip.arm_x));
     auto const last = static_cast<std::ptrdiff_t>(std::floor(half - strip.arm_x));
-    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(first, 0); k <= std::min(last, strip.count - 1); ++k)
-        row.weight[static_cast<std::size_t>(strip.begin + k)] =
-            core_weight / row.fraction[static_cast<std::size_t>(strip.begin + k)];
+    double* const weight = row.weight.data() + strip.begin;
+    double const* const fraction = row.fraction.data() + strip.begin;
+    std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(first, 0), end = std::min(last + 1, strip.count);
+#pragma omp simd
+    for (std::ptrdiff_t k = begin; k < end; ++k) weight[k] = core_weight / fraction[k];
 }
 
 void add_strip(Strip const& strip, StripVelocity const& v, RowBuffer& row)
@@ -157,6 +159,10 @@ void Solver::step()
     complete_ = false;
     ++steps_;
     if (!finite || steps_ % watch_every == 0) watch();
+    require(finite, [&] {
+        return Error("fluid: t = " + std::to_string(time()) + " s: the force on a disc is not finite.",
+                     sluice::Exit::numerical);
+    });
 }
 
 void Solver::collide_row(std::ptrdiff_t y)

@@ -89,6 +89,7 @@ class Solver
     void complete();
     void read_row(std::ptrdiff_t y, RowState& row) const;
     void watch();
+    void report_blow_up();
 
     //! The fluid that a disc displaces.
     struct Displaced

@@ -10,7 +10,7 @@ using namespace lattice_case;
 
 namespace {
 
-constexpr double tau = 0.8;
+constexpr double tau = 0.6;  // README, Accuracy: how the errors change from 0.52 to 1
 
 //! F/(mu U) of one disc in a periodic square of `side` cells [-]. The flow is driven by a force density b on the
 //! fluid's share of each cell; U is the mean over the whole square. In the steady state the disc takes b side^2 (1 -
@@ -41,24 +41,25 @@ std::string text(char const* pattern, double a, double b)
 
 }  // namespace
 
-TEST_CASE("L06: Stokes drag on a square array of discs, d = 20 cells")
+TEST_CASE("L06: Stokes drag on a square array of discs, d = 20 cells (c <= 0.4) and gap = 10 cells")
 {
     // Sangani and Acrivos, Int. J. Multiphase Flow 8 (1982) 193, recomputed to 7 digits by fundamental solutions
     struct Row
     {
-        double c, drag, mark;
+        std::ptrdiff_t side;
+        double c, drag;
     };
-    // mark: 1 % is the best of the published lattice methods for c <= 0.4; beyond, the gap is under 5 cells
-    for (Row const row : {Row{0.05, 15.55782232, 0.01}, Row{0.1, 24.83167525, 0.01}, Row{0.2, 51.52694896, 0.01},
-                          Row{0.3, 102.8813037, 0.01}, Row{0.4, 217.8943147, 0.01}, Row{0.5, 532.5481184, 0.03},
-                          Row{0.6, 1763.57336, 0.06}}) {
+    // mark: 1 % is the best of the published lattice methods for c <= 0.4. Beyond, at least 10 cells in the gap, as the
+    // table asks for
+    for (Row const row :
+         {Row{79, 0.05, 15.55782232}, Row{56, 0.1, 24.83167525}, Row{40, 0.2, 51.52694896}, Row{32, 0.3, 102.8813037},
+          Row{28, 0.4, 217.8943147}, Row{50, 0.5, 532.5481184}, Row{80, 0.6, 1763.57336}}) {
         verification::Stopwatch const watch;
         double const ratio = std::sqrt(4 * row.c / std::numbers::pi);
-        auto const side = static_cast<std::ptrdiff_t>(std::lround(20 / ratio));
-        double const got = drag(side, ratio * static_cast<double>(side), 1);
-        CHECK(verification::report({"L06",
-                                    text("F/(mu U) at c=%.2f, d=%.1f dx [-]", row.c, ratio * static_cast<double>(side)),
-                                    got, row.drag, relative(got, row.drag), row.mark, watch.seconds()}));
+        double const diameter = ratio * static_cast<double>(row.side);
+        double const got = drag(row.side, diameter, 1);
+        CHECK(verification::report({"L06", text("F/(mu U) at c=%.2f, d=%.1f dx [-]", row.c, diameter), got, row.drag,
+                                    relative(got, row.drag), 0.01, watch.seconds()}));
     }
 }
 

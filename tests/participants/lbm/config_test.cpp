@@ -1,0 +1,114 @@
+#include "participants/lbm/config.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "coupler/base/error.hpp"
+#include "coupler/scene/reader.hpp"
+
+namespace {
+
+std::string const whole = R"(
+domain: {origin: [0, 0.5], size: [0.2, 0.1]}
+cell: 1e-3
+viscosity: 1e-5
+max_velocity: 0.5
+)";
+
+lbm::Config read(std::string const& text, std::array<double, 2> gravity = {0, -9.81})
+{
+    sluice::Reader reader = sluice::read_yaml(text, "scene.yaml");
+    return lbm::read_config(reader, gravity);
+}
+
+std::string errors(std::string const& text)
+{
+    try {
+        read(text);
+    } catch (sluice::Error const& e) {
+        return e.what();
+    }
+    return "";
+}
+
+bool contains(std::string const& text, char const* part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+bool warns(lbm::Config const& c, char const* key)
+{
+    for (auto const& issue : lbm::find_issues(c))
+        if (!issue.refused && issue.key == key) return true;
+    return false;
+}
+
+}  // namespace
+
+TEST_CASE("config: defaults, and the step from the lattice velocity")
+{
+    lbm::Config const c = read(whole);
+    CHECK(c.step == doctest::Approx(0.05 * 1e-3 / 0.5));
+    CHECK(c.relaxation_time() == doctest::Approx(0.5 + 3 * 1e-5 * 1e-4 / 1e-6));
+    CHECK(c.cells() == std::array<std::ptrdiff_t, 2>{200, 100});
+    CHECK(c.origin[1] == 0.5);
+    CHECK(c.collision == lbm::Operator::mrt);
+    CHECK(c.smagorinsky == 0);
+    CHECK(c.hydrodynamic_radius == 0.85);
+    CHECK(c.acceleration == std::array<double, 2>{0, 0});
+    CHECK(c.threads >= 1);
+    CHECK(lbm::describe(c).size() == 8);
+}
+
+TEST_CASE("config: every key")
+{
+    lbm::Config const c = read(whole + R"(
+operator: mrt
+rates: {energy: 1.1, square: 1.3, flux: 1.5}
+les: 0.1
+walls: {left: periodic, right: periodic, top: {velocity: 0.3}}
+gravity: true
+acceleration: [1, 0]
+hydrodynamic_radius: 0.7
+threads: 3
+)");
+    CHECK(c.energy_rate == 1.1);
+    CHECK(c.square_rate == 1.3);
+    CHECK(*c.flux_rate == 1.5);
+    CHECK(c.smagorinsky == 0.1);
+    CHECK(c.walls[lbm::left].periodic);
+    CHECK(!c.walls[lbm::bottom].periodic);
+    CHECK(c.walls[lbm::top].velocity == 0.3);
+    CHECK(c.acceleration == std::array<double, 2>{1, -9.81});
+    CHECK(c.hydrodynamic_radius == 0.7);
+    CHECK(c.threads == 3);
+}
+
+TEST_CASE("config: what cannot run is refused, with the key")
+{
+    CHECK(contains(errors(whole + "step: 1e-3\n"), "Mach number"));
+    CHECK(contains(errors("domain: {size: [0.2005, 0.1]}\ncell: 1e-3\nmax_velocity: 0.5\n"), "whole number"));
+    CHECK(contains(errors(whole + "walls: {left: periodic}\n"), "left and right differ"));
+    CHECK(contains(errors(whole + "threads: many\n"), "must be auto"));
+    CHECK(contains(errors(whole + "walls: {top: slip}\n"), "walls.top"));
+    CHECK(contains(errors(whole + "operater: bgk\n"), "operator"));
+    CHECK(contains(errors(whole + "operator: bgk\nrates: {flux: 1}\n"), "rates"));
+    CHECK(contains(errors("cell: 1e-3\n"), "domain"));
+}
+
+TEST_CASE("config: near its limits it warns")
+{
+    lbm::Config c = read(whole);
+    c.viscosity = 2e-5;
+    CHECK(lbm::find_issues(c).size() == 1);  // grid Reynolds number 25
+    CHECK(warns(c, "cell"));
+    c.viscosity = 1e-6;
+    CHECK(warns(c, "viscosity"));
+    c.smagorinsky = 0.1;
+    CHECK(lbm::find_issues(c).empty());
+    c.step *= 2.5;
+    CHECK(warns(c, "step"));
+    c.viscosity = -1;
+    CHECK(lbm::find_issues(c).front().refused);
+}

@@ -1,0 +1,166 @@
+#include "participants/lbm/solver.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "coupler/base/error.hpp"
+
+namespace {
+
+lbm::Config small(std::ptrdiff_t nx = 40, std::ptrdiff_t ny = 30)
+{
+    lbm::Config c;
+    c.cell = 1e-3;
+    c.step = 1e-3;
+    c.size = {static_cast<double>(nx) * c.cell, static_cast<double>(ny) * c.cell};
+    c.viscosity = 1e-4;
+    return c;
+}
+
+std::string message(auto&& run)
+{
+    try {
+        run();
+    } catch (sluice::Error const& e) {
+        return std::to_string(static_cast<int>(e.exit())) + " " + e.what();
+    }
+    return "";
+}
+
+bool contains(std::string const& text, char const* part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("lattice_units: SI to lattice and back")
+{
+    lbm::LatticeUnits const u{.cell = 2e-3, .step = 1e-4, .density = 1000};
+    CHECK(u.velocity_unit() == doctest::Approx(20));
+    CHECK(u.acceleration_unit() == doctest::Approx(2e5));
+    CHECK(u.relaxation_time(1e-6) == doctest::Approx(0.5 + 3e-6 * 1e-4 / 4e-6));
+    CHECK(u.pressure(u.density_excess_lu(12.5)) == doctest::Approx(12.5));
+    CHECK(u.force_unit() == doctest::Approx(u.mass_unit() * u.acceleration_unit()));
+    CHECK(u.torque_unit() == doctest::Approx(u.force_unit() * u.cell));
+}
+
+TEST_CASE("solver: fields give back the state that was set, in SI, and coarsen by averages")
+{
+    lbm::Solver solver(small());
+    solver.set_state([](double x, double y) {
+        return lbm::PointState{.velocity = {0.02 * x / 0.04, -0.01 * y / 0.03}, .pressure = 0.5 * x, .gradient = {}};
+    });
+    lbm::Fields const f = solver.fields();
+    CHECK(f.velocity[2 * (7 * 40 + 3)] == doctest::Approx(0.02 * 3.5 / 40));
+    CHECK(f.velocity[2 * (7 * 40 + 3) + 1] == doctest::Approx(-0.01 * 7.5 / 30));
+    CHECK(f.pressure[7 * 40 + 3] == doctest::Approx(0.5 * 3.5e-3));
+    lbm::Fields const c = solver.fields(4);
+    CHECK(c.nx == 10);
+    CHECK(c.ny == 8);  // the last row of blocks holds two rows of cells
+    CHECK(c.spacing == doctest::Approx(4e-3));
+    CHECK(c.velocity[2 * 1] == doctest::Approx(0.02 * 6 / 40));
+    CHECK(c.velocity[2 * (7 * 10) + 1] == doctest::Approx(-0.01 * 29 / 30));
+    CHECK(solver.max_speed() == doctest::Approx(std::hypot(0.02 * 39.5 / 40, 0.01 * 29.5 / 30)));
+}
+
+TEST_CASE("solver: vorticity of a rigid rotation is twice its rate")
+{
+    lbm::Solver solver(small());
+    solver.set_state([](double x, double y) {
+        return lbm::PointState{.velocity = {-2 * y, 2 * x}, .pressure = 0, .gradient = {}};
+    });
+    for (double const w : solver.fields(3).vorticity) CHECK(w == doctest::Approx(4).epsilon(1e-6));
+}
+
+TEST_CASE("solver: fluid at rest and a resting disc stay at rest, exactly, without gravity")
+{
+    lbm::Solver solver(small());
+    std::vector<double> const position = {0.0203, 0.0151}, rest = {0, 0}, spin = {0}, radius = {6e-3};
+    for (int k = 0; k < 100; ++k) {
+        solver.set_discs({position, rest, spin, radius});
+        solver.step();
+    }
+    CHECK(solver.max_speed() == 0);
+    CHECK(solver.loads().force[0] == 0);
+    CHECK(solver.loads().torque[0] == 0);
+    CHECK(solver.share().rebuilt_discs == 0);
+    CHECK(solver.share().covered_cells > 0.1);
+}
+
+TEST_CASE("solver: a fluid column under gravity pushes a disc up by rho_0 V g")
+{
+    lbm::Config c = small();
+    c.acceleration = {0, -0.01};
+    c.hydrodynamic_radius = 0.8;
+    lbm::Solver solver(c);
+    solver.set_state([](double, double y) {
+        return lbm::PointState{.velocity = {}, .pressure = 1000 * 0.01 * (0.015 - y), .gradient = {}};
+    });
+    std::vector<double> const position = {0.0203, 0.0151}, rest = {0, 0}, spin = {0}, radius = {6e-3};
+    solver.set_discs({position, rest, spin, radius});
+    for (int k = 0; k < 500; ++k) solver.step();
+    double const weight = 1000 * 3.14159265358979 * 4.8e-3 * 4.8e-3 * 0.01;
+    CHECK(solver.loads().force[1] == doctest::Approx(weight).epsilon(1e-6));
+    CHECK(std::abs(solver.loads().force[0]) < 1e-6 * weight);
+}
+
+TEST_CASE("solver: discs may come, go and change order; loads follow their ids")
+{
+    lbm::Solver by_index(small()), by_id(small());
+    std::vector<double> const position = {0.010, 0.012, 0.028, 0.017}, velocity = {0.01, 0, 0, -0.02}, spin = {0, 1},
+                              radius = {4e-3, 5e-3};
+    std::vector<double> const turned_position = {0.028, 0.017, 0.010, 0.012}, turned_velocity = {0, -0.02, 0.01, 0},
+                              turned_spin = {1, 0}, turned_radius = {5e-3, 4e-3};
+    std::vector<std::uint64_t> const id = {5, 9}, turned_id = {9, 5};
+    for (int k = 0; k < 20; ++k) {
+        by_index.set_discs({position, velocity, spin, radius});
+        by_index.step();
+        if (k % 2 == 0)
+            by_id.set_discs({position, velocity, spin, radius, id});
+        else
+            by_id.set_discs({turned_position, turned_velocity, turned_spin, turned_radius, turned_id});
+        by_id.step();
+    }
+    CHECK(by_id.loads().force[2] == doctest::Approx(by_index.loads().force[0]).epsilon(1e-9));
+    CHECK(by_id.loads().force[1] == doctest::Approx(by_index.loads().force[3]).epsilon(1e-9));
+    by_id.set_discs({});
+    by_id.step();
+    CHECK(by_id.loads().force.empty());
+}
+
+TEST_CASE("solver: a run that blows up stops with cell, place and time")
+{
+    lbm::Solver fast(small());
+    fast.set_state([](double x, double) {
+        return lbm::PointState{.velocity = {x > 0.02 ? 0.9 : 0.0, 0}, .pressure = 0, .gradient = {}};
+    });
+    std::string const text = message([&] {
+        for (int k = 0; k < 200; ++k) fast.step();
+    });
+    CHECK(contains(text, "6 fluid: t = "));
+    CHECK(contains(text, "cell ("));
+    lbm::Solver broken(small());
+    broken.set_state([](double x, double) {
+        return lbm::PointState{
+            .velocity = {x > 0.03 ? std::numeric_limits<double>::quiet_NaN() : 0.0, 0}, .pressure = 0, .gradient = {}};
+    });
+    CHECK(contains(message([&] {
+                       for (int k = 0; k < 64; ++k) broken.step();
+                   }),
+                   "6 fluid: t = "));
+}
+
+TEST_CASE("solver: discs that are not finite, or arrays that differ, are refused")
+{
+    lbm::Solver solver(small());
+    std::vector<double> const position = {0.02, std::nan("")}, rest = {0, 0}, spin = {0}, radius = {5e-3}, two = {1, 2};
+    CHECK(contains(message([&] { solver.set_discs({position, rest, spin, radius}); }), "6 fluid: disc 0"));
+    CHECK(contains(message([&] { solver.set_discs({rest, rest, two, radius}); }), "4 ") == false);
+    CHECK(contains(message([&] { solver.set_discs({rest, rest, two, radius}); }), "differ in length"));
+    CHECK(contains(message([&] { solver.set_obstacle({1, 2}); }), "obstacle"));
+    CHECK(contains(message([&] { solver.restore(two); }), "saved state"));
+}
