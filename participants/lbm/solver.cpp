@@ -120,11 +120,12 @@ void set_core_weight(Strip const& strip, std::span<Disc const> discs, RowBuffer&
 
 void add_strip(Strip const& strip, StripVelocity const& v, RowBuffer& row)
 {
+    auto const count = static_cast<int>(strip.count);
     double* const fraction = row.fraction.data() + strip.begin;
     double* const momentum_x = row.momentum_x.data() + strip.begin;
     double* const momentum_y = row.momentum_y.data() + strip.begin;
 #pragma omp simd
-    for (std::ptrdiff_t k = 0; k < strip.count; ++k) {
+    for (int k = 0; k < count; ++k) {  // int: the machine turns four of them into doubles at once
         double const f = strip.fraction[k];
         fraction[k] += f;
         momentum_x[k] += f * v.ux;
@@ -220,9 +221,10 @@ void Solver::add_strip_forces(std::span<std::uint32_t const> strips, SolidRow co
         StripVelocity const v(s, discs_);
         double const *const rate = solid.force_rate + s.begin, *const x = solid.force_x + s.begin,
                             *const y = solid.force_y + s.begin, *const fraction = s.fraction;
+        auto const count = static_cast<int>(s.count);
         double force_x = 0, force_y = 0, moment = 0;
 #pragma omp simd reduction(+ : force_x, force_y, moment)
-        for (std::ptrdiff_t k = 0; k < s.count; ++k) {
+        for (int k = 0; k < count; ++k) {
             double const fx = fraction[k] * (x[k] - rate[k] * v.ux);
             double const fy = fraction[k] * (y[k] - rate[k] * (v.uy + static_cast<double>(k) * v.spin));
             force_x += fx;
