@@ -14,7 +14,9 @@ namespace {
 constexpr double sound_speed_lu = 0.57735026918962576;  //!< 1/sqrt(3) cells a step
 constexpr double mach_refused = 0.3, mach_warned = 0.15;
 constexpr double tau_warned = 0.505;
-constexpr double tau_slow = 2.0;             //!< beyond, the lattice is accurate for Stokes flow alone
+constexpr double tau_slow = 2.0;  //!< beyond, the lattice is accurate for Stokes flow alone
+constexpr double flux_rate_with_les =
+    1.2;  //!< s_q, see README.md: with magic = 3/16 vortices grow without bound at tau 0.506
 constexpr double grid_reynolds_warned = 15;  //!< U dx/nu; D2Q9 MRT without les is known to ring beyond
 
 template <class... Value>
@@ -69,6 +71,8 @@ void read_collision(sluice::Reader& r, Config& c)
         }
     }
     c.smagorinsky = r.number_if("les", {.above = 0.0, .max = 0.5}).value_or(0.0);
+    bool const odd_rate_given = r.has("magic") || c.flux_rate;
+    if (c.collision == Operator::mrt && c.smagorinsky > 0 && !odd_rate_given) c.flux_rate = flux_rate_with_les;
 }
 
 void read_step(sluice::Reader& r, Config& c)
@@ -86,7 +90,7 @@ void read_step(sluice::Reader& r, Config& c)
 int read_threads(sluice::Reader& r)
 {
     std::string const text = r.text_or("threads", "auto");
-    if (text == "auto") return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 2U));
+    if (text == "auto") return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 1024U));
     int threads = 0;
     auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), threads);
     if (error != std::errc{} || end != text.data() + text.size() || threads < 1 || threads > 1024) {
