@@ -67,7 +67,7 @@ bool same_bytes(std::filesystem::path const& a, std::filesystem::path const& b)
 
 }  // namespace
 
-TEST_CASE("configs: every scene passes the check and runs, shortened; ParaView files and archive agree")
+TEST_CASE("configs: every scene passes the check and runs shortened with ParaView files and archive that agree")
 {
     // dry_column, buoyant_column, immersed_column and whatever else lies there
     int scenes = 0;

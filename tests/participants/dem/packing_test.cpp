@@ -53,7 +53,7 @@ TEST_CASE("packing: settled, within its box, the same for the same seed, and qui
     CHECK(dem::measure(solver).foremost < dem::column_width(c) * 1.01);
 }
 
-TEST_CASE("packing: written once, then read back bit for bit; a damaged file is made again, with a message")
+TEST_CASE("packing: written once, then read back bit for bit and a damaged file is made again")
 {
     Folder const folder;
     dem::Config const c = config();

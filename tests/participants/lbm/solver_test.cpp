@@ -108,7 +108,7 @@ TEST_CASE("solver: a fluid column under gravity pushes a disc up by rho_0 V g")
     CHECK(std::abs(solver.loads().force[0]) < 1e-6 * weight);
 }
 
-TEST_CASE("solver: discs may come, go and change order; loads follow their ids")
+TEST_CASE("solver: discs may come and go and change order and loads follow their ids")
 {
     lbm::Solver by_index(small()), by_id(small());
     std::vector<double> const position = {0.010, 0.012, 0.028, 0.017}, velocity = {0.01, 0, 0, -0.02}, spin = {0, 1},
