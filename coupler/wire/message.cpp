@@ -31,18 +31,17 @@ void seal(Bytes& message, Header header)
 template <class T>
 void append(Bytes& message, std::vector<T> const& values)
 {
-    auto const at = message.size();
-    message.resize(at + values.size() * sizeof(T));
-    if (!values.empty()) std::memcpy(message.data() + at, values.data(), values.size() * sizeof(T));
+    auto const bytes = std::as_bytes(std::span(values));
+    message.insert(message.end(), bytes.begin(), bytes.end());  // no zeros first, as resize() would write
 }
 
+//! Moves the first `count` values of `bytes` into `values`.
 template <class T>
-std::vector<T> take(std::span<std::byte const>& bytes, std::size_t count)
+void take(std::span<std::byte const>& bytes, std::size_t count, std::vector<T>& values)
 {
-    std::vector<T> values(count);
+    values.resize(count);
     if (count > 0) std::memcpy(values.data(), bytes.data(), count * sizeof(T));
     bytes = bytes.subspan(count * sizeof(T));
-    return values;
 }
 
 template <class T>
@@ -55,9 +54,10 @@ bool same_bits(std::vector<T> const& a,
 void require_finite(Frame const& frame, std::size_t column, DataSpec const& spec, int width, std::string const& sender)
 {
     auto const& values = frame.columns[column];
-    bool finite = true;
-    for (double x : values) finite &= std::isfinite(x);
-    if (finite) return;
+    constexpr std::uint64_t exponent = 0x7ff0'0000'0000'0000;  // all ones: infinite or not a number
+    std::uint64_t bad = 0;
+    for (double x : values) bad |= (std::bit_cast<std::uint64_t>(x) & exponent) == exponent;
+    if (bad == 0) return;
     std::size_t at = 0;
     while (std::isfinite(values[at])) ++at;
     auto const id = frame.ids[at / static_cast<std::size_t>(width)];
@@ -106,7 +106,7 @@ std::string text_of(std::span<std::byte const> message)
     return {reinterpret_cast<char const*>(body.data()), body.size()};
 }
 
-std::span<std::byte const> FrameEncoder::encode(Frame const& frame, std::uint64_t session, std::string const& sender)
+std::span<std::byte const> FrameEncoder::encode(Frame& frame, std::uint64_t session, std::string const& sender)
 {
     assert(frame.columns.size() == spec_.columns.size());
     Header header;
@@ -131,7 +131,7 @@ std::span<std::byte const> FrameEncoder::encode(Frame const& frame, std::uint64_
         append(buffer_, frame.columns[c]);
     }
     seal(buffer_, header);
-    last_ = frame;
+    std::swap(last_, frame);
     first_ = false;
     return buffer_;
 }
@@ -161,10 +161,10 @@ Frame FrameDecoder::decode(Header const& header, std::span<std::byte const> mess
     last_.index = header.frame;
     last_.time = header.time;
     last_.columns.resize(spec_.columns.size());
-    if (has_ids) last_.ids = take<std::int64_t>(body, points);
+    if (has_ids) take(body, points, last_.ids);
     for (std::size_t c = 0; c < spec_.columns.size(); ++c) {
         auto const width = static_cast<std::size_t>(components(spec_.columns[c].shape, dimension_));
-        if (header.columns & (1u << c)) last_.columns[c] = take<double>(body, points * width);
+        if (header.columns & (1u << c)) take(body, points * width, last_.columns[c]);
     }
     return last_;
 }

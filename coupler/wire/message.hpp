@@ -60,9 +60,10 @@ class FrameEncoder
         : spec_(std::move(spec)), dimension_(dimension), edge_(edge)
     {}
 
-    //! The bytes of `frame`, valid until the next call. Throws Error (exit 6) on a number that is not finite, naming
-    //! the column, the id and the frame, and asserts that every column has points * components values.
-    std::span<std::byte const> encode(Frame const& frame, std::uint64_t session, std::string const& sender);
+    //! The bytes of `frame`, valid until the next call. `frame` is exchanged for the one before it, to be overwritten.
+    //! Throws Error (exit 6) on a number that is not finite, naming the column, the id and the frame, and asserts that
+    //! every column has points * components values.
+    std::span<std::byte const> encode(Frame& frame, std::uint64_t session, std::string const& sender);
 
  private:
     DataSpec spec_;
