@@ -41,21 +41,30 @@ inline double madd(double a, double b, double c) noexcept
 }
 
 inline constexpr double eddy_free = 1e-6;          //!< cells covered by more have no eddy viscosity
-inline constexpr std::ptrdiff_t eddy_block = 128;  //!< cells; two such arrays and 9 x 128 populations stay in cache
+inline constexpr std::ptrdiff_t eddy_block = 128;  //!< cells; an EddyBlock and 9 x 128 populations stay in cache
 
-//! First pass of the large-eddy model over [begin, end), at most eddy_block cells: 1/rho and 1/tau_eff of each.
+//! What the first pass of the large-eddy model finds of a block of cells.
+struct EddyBlock
+{
+    alignas(64) double inverse_density[eddy_block];
+    alignas(64) double normal_change[eddy_block], shear_change[eddy_block];  //!< of p_xx and p_xy by 1/tau_eff, over 4
+};
+
+//! First pass of the large-eddy model over [begin, end), at most eddy_block cells.
 //! nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed form:
-//!     tau_eff = (tau + sqrt(tau^2 + 18 C_s^2 |(p_xx, 2 p_xy)|/rho))/2
-//! A pass of its own, because a division after two roots after a division is a long wait: short iterations overlap.
+//!     tau_eff = (tau + sqrt(tau^2 + A/rho^2))/2,  A = 18 C_s^2 rho |(p_xx, 2 p_xy)|
+//! Written with rho p, so that the roots wait for no division; 1/rho and 1/tau_eff = 2 rho/(rho tau + sqrt(rho^2 tau^2
+//! + A)) share one. A pass of its own, because a division after two roots is a long wait: short iterations overlap.
+//! Float roots with a Newton step, and roots run beside the collision of the cells before, were measured: slower.
 template <Features F>
-void find_eddy_rates(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& r, SolidRow const& s,
-                     double* inverse_density, double* shear_rate)
+void find_eddy_stress(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& r, SolidRow const& s,
+                      EddyBlock& out)
 {
     double const *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4],
                         *const f5 = f[5], *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
     double const* const fraction = s.fraction;
-    double const tau = r.tau, tau_square = r.tau * r.tau, term = r.smagorinsky_term, base = r.shear;
-    double const half_x = 0.5 * r.force_x, half_y = 0.5 * r.force_y;
+    double const tau = r.tau, term = r.smagorinsky_term, base = -0.25 * r.shear;
+    double const force_x = r.force_x, force_y = r.force_y;
 #pragma omp simd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
         double const even1 = f1[x] + f3[x], even2 = f2[x] + f4[x], even5 = f5[x] + f7[x], even6 = f6[x] + f8[x];
@@ -63,25 +72,27 @@ void find_eddy_rates(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, R
         double const rho = 1.0 + (f0[x] + (even1 + even2) + (even5 + even6));
         double jx = f1[x] - f3[x] + (odd5 - odd6), jy = f2[x] - f4[x] + (odd5 + odd6);
         if constexpr (F.force) {
-            jx += half_x;
-            jy += half_y;
+            jx += 0.5 * force_x;
+            jy += 0.5 * force_y;
         }
-        double const inverse_rho = 1.0 / rho;
-        double const ux = jx * inverse_rho, uy = jy * inverse_rho;
-        double normal = madd(jy, uy, madd(-jx, ux, even1 - even2)), shear = madd(-jx, uy, even5 - even6);
+        double normal = madd(rho, even1 - even2, madd(jy, jy, -jx * jx)), shear = madd(rho, even5 - even6, -jx * jy);
         if constexpr (F.force) {
-            normal += 2.0 * (ux * half_x - uy * half_y);
-            shear += ux * half_y + uy * half_x;
+            normal += jx * force_x - jy * force_y;
+            shear += 0.5 * (jx * force_y + jy * force_x);
         }
         double const stress = std::sqrt(madd(normal, normal, 4.0 * (shear * shear)));
-        double rate = 2.0 / (tau + std::sqrt(madd(term * stress, inverse_rho, tau_square)));
-        if constexpr (F.grains) rate = fraction[x] > eddy_free ? base : rate;
-        inverse_density[x - begin] = inverse_rho;
-        shear_rate[x - begin] = rate;
+        double const rest = rho * tau, slow = rest + std::sqrt(madd(term, stress, rest * rest));
+        double const both = 1.0 / (rho * slow);
+        double const inverse_rho = slow * both;
+        double rate = -0.5 * rho * both;
+        if constexpr (F.grains) rate = fraction[x] > eddy_free ? base * inverse_rho : rate;
+        out.inverse_density[x - begin] = inverse_rho;
+        out.normal_change[x - begin] = rate * normal;
+        out.shear_change[x - begin] = rate * shear;
     }
 }
 
-//! Collides the cells [begin, end) in place; with the large-eddy model, with the rates found for them.
+//! Collides the cells [begin, end) in place; with the large-eddy model, after its first pass.
 //!
 //! In moment space (Lallemand and Luo): m' = m + S - s (m + S/2 - m_eq), S the moments of Guo's force (Phys. Rev. E 65
 //! (2002) 046308), so that the velocity holds half the force. Equilibrium: the second-order one.
@@ -94,7 +105,7 @@ void find_eddy_rates(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, R
 //! Straight-line on purpose, and longer than the house rule: the compiler vectorises it as one loop.
 template <Features F>
 void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax,
-                   SolidRow const& solid, double const* inverse_density, double const* shear_rates)
+                   SolidRow const& solid, EddyBlock const& eddy)
 {
     double *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4], *const f5 = f[5],
                   *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
@@ -124,7 +135,7 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
         }
         double inverse_rho;
         if constexpr (F.les)
-            inverse_rho = inverse_density[x - begin];
+            inverse_rho = eddy.inverse_density[x - begin];
         else
             inverse_rho = 1.0 / rho;
         double const ux = jx * inverse_rho, uy = jy * inverse_rho;
@@ -133,8 +144,6 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
         // distances from equilibrium
         double energy = madd(2.0, diagonals + excess, madd(-4.0, f0[x], -axes)) - kinetic;
         double square = madd(4.0, f0[x], madd(-2.0, axes, diagonals - excess)) + kinetic;
-        double normal = madd(jy, uy, madd(-jx, ux, even1 - even2));
-        double shear = madd(-jx, uy, even5 - even6);
         double work = 0, normal_work = 0, shear_work = 0;
         if constexpr (F.force) {
             work = 6.0 * (ux * force_x + uy * force_y);
@@ -142,15 +151,18 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
             shear_work = ux * force_y + uy * force_x;
             energy += 0.5 * work;
             square -= 0.5 * work;
-            normal += 0.5 * normal_work;
-            shear += 0.5 * shear_work;
         }
-        double shear_rate = shear_rate4;
-        if constexpr (F.les) shear_rate = -0.25 * shear_rates[x - begin];
+        double normal_change, shear_change;
+        if constexpr (F.les) {
+            normal_change = eddy.normal_change[x - begin];
+            shear_change = eddy.shear_change[x - begin];
+        } else {
+            normal_change = shear_rate4 * (madd(jy, uy, madd(-jx, ux, even1 - even2)) + 0.5 * normal_work);
+            shear_change = shear_rate4 * (madd(-jx, uy, even5 - even6) + 0.5 * shear_work);
+        }
         // changes of the moments, by the inverse's factors: e and eps/36, p/4, q/6
         double flux_x = flux_rate6 * (qx + jx), flux_y = flux_rate6 * (qy + jy);
         double energy_change = energy_rate36 * energy, square_change = square_rate36 * square;
-        double normal_change = shear_rate * normal, shear_change = shear_rate * shear;
         double jx_change = force_x, jy_change = force_y;
         if constexpr (F.grains) {
             double const weight2 = 2.0 * s.weight[x];
@@ -209,15 +221,15 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
 template <Features F>
 void collide(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax, SolidRow const& solid)
 {
+    EddyBlock eddy;
     if constexpr (F.les) {
-        alignas(64) double inverse_density[eddy_block], shear_rate[eddy_block];
         for (std::ptrdiff_t x = begin; x < end; x += eddy_block) {
             std::ptrdiff_t const stop = std::min(x + eddy_block, end);
-            find_eddy_rates<F>(f, x, stop, relax, solid, inverse_density, shear_rate);
-            collide_block<F>(f, x, stop, relax, solid, inverse_density, shear_rate);
+            find_eddy_stress<F>(f, x, stop, relax, solid, eddy);
+            collide_block<F>(f, x, stop, relax, solid, eddy);
         }
     } else {
-        collide_block<F>(f, begin, end, relax, solid, nullptr, nullptr);
+        collide_block<F>(f, begin, end, relax, solid, eddy);
     }
 }
 
