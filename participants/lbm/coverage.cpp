@@ -30,6 +30,7 @@ Coverage::Coverage(std::ptrdiff_t nx, std::ptrdiff_t ny, bool periodic_x, bool p
 void Coverage::set_obstacle(std::vector<double> fraction)
 {
     obstacle_ = std::move(fraction);
+    obstacle_.resize(obstacle_.size() + strip_lanes - 1);
     shape_.clear();
     lay_out({});
     sort_by_row();
@@ -57,7 +58,7 @@ void Coverage::lay_out(std::span<Disc const> discs)
         box_start_[i] = cells;
         first_[i] = strips;
         room_[i] = side * pieces;
-        cells += side * side;
+        cells += side * (side + strip_lanes - 1);
         strips += room_[i];
     }
     first_[n] = strips;
@@ -108,7 +109,8 @@ void Coverage::cover(std::size_t i, Disc const& disc)
     DiscBox const box = disc_box(disc.x, disc.y, disc.radius);
     auto const width = static_cast<std::size_t>(box.width), height = static_cast<std::size_t>(box.height);
     columns.resize(2 * height);
-    std::span<double> const fraction{fraction_.data() + box_start_[i], width * height};
+    std::size_t const stride = width + strip_lanes - 1;
+    std::span<double> const fraction{fraction_.data() + box_start_[i], stride * height};
     rasterise(disc.x, disc.y, disc.radius, box, fraction, columns, scratch);
     count_[i] = 0;
     for (std::size_t j = 0; j < height; ++j) {
@@ -120,7 +122,7 @@ void Coverage::cover(std::size_t i, Disc const& disc)
         count_[i] += add_strips(
             first_[i] + count_[i],
             {static_cast<std::ptrdiff_t>(i), y, begin, columns[2 * j + 1] - columns[2 * j],
-             fraction.data() + j * width + columns[2 * j], static_cast<double>(begin) + 0.5 - disc.x, arm_y});
+             fraction.data() + j * stride + columns[2 * j], static_cast<double>(begin) + 0.5 - disc.x, arm_y});
     }
 }
 

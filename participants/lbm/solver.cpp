@@ -57,7 +57,8 @@ Walls walls_lu(Config const& c)
     return walls;
 }
 
-//! One row's solids; each thread keeps its own.
+//! One row's solids; each thread keeps its own. Strips are worked on in whole lanes: beyond the row's end lie cells
+//! that take what a strip cut off there has left, and exchange nothing.
 struct RowBuffer
 {
     std::vector<double> fraction, weight, momentum_x, momentum_y, force_rate, force_x, force_y;
@@ -65,9 +66,10 @@ struct RowBuffer
 
     void resize(std::ptrdiff_t nx)
     {
-        auto const n = static_cast<std::size_t>(nx);
-        if (fraction.size() >= n) return;
-        for (auto* v : {&fraction, &weight, &momentum_x, &momentum_y, &force_rate, &force_x, &force_y}) v->resize(n);
+        auto const n = static_cast<std::size_t>(nx + strip_lanes);
+        if (fraction.size() == n) return;
+        for (auto* v : {&fraction, &weight, &momentum_x, &momentum_y, &force_rate, &force_x, &force_y})
+            v->assign(n, 0.0);
         touched.resize(n / block + 1);
     }
     SolidRow view()
@@ -118,9 +120,28 @@ void set_core_weight(Strip const& strip, std::span<Disc const> discs, RowBuffer&
     for (std::ptrdiff_t k = begin; k < end; ++k) weight[k] = core_weight / fraction[k];
 }
 
+//! Strips of a row belong to different discs, each with a place of its own in memory.
+template <class T>
+void prefetch(T const* first, std::ptrdiff_t count)
+{
+    constexpr std::size_t line = 64;  // bytes
+    auto const* const begin = reinterpret_cast<char const*>(first);
+    for (std::size_t at = 0; at < static_cast<std::size_t>(count) * sizeof(T); at += line)
+        __builtin_prefetch(begin + at);
+    __builtin_prefetch(begin + static_cast<std::size_t>(count) * sizeof(T) - 1);
+}
+
+//! A strip's cells, rounded up: the fractions beyond its end are 0 or lie beyond the row's end.
+int whole_lanes(Strip const& strip)
+{
+    auto const count = static_cast<int>((strip.count + strip_lanes - 1) / strip_lanes * strip_lanes);
+    if (count % strip_lanes != 0 || count <= 0) __builtin_unreachable();  // spares the loops a remainder
+    return count;
+}
+
 void add_strip(Strip const& strip, StripVelocity const& v, RowBuffer& row)
 {
-    auto const count = static_cast<int>(strip.count);
+    int const count = whole_lanes(strip);
     double* const fraction = row.fraction.data() + strip.begin;
     double* const momentum_x = row.momentum_x.data() + strip.begin;
     double* const momentum_y = row.momentum_y.data() + strip.begin;
@@ -182,9 +203,12 @@ void Solver::collide_covered_row(std::ptrdiff_t y, std::span<std::uint32_t const
     std::fill_n(buffer.touched.begin(), blocks, 0);
     for (std::uint32_t const k : strips) {
         Strip const& s = coverage_.strips()[k];
+        prefetch(s.fraction, s.count);
         std::fill(buffer.touched.begin() + s.begin / block,
-                  buffer.touched.begin() + (s.begin + s.count - 1) / block + 1, 1);
+                  buffer.touched.begin() + (s.begin + whole_lanes(s) - 1) / block + 1, 1);
     }
+    if (y + 1 < populations_.ny())
+        for (std::uint32_t const k : coverage_.row(y + 1)) prefetch(&coverage_.strips()[k], 1);
     auto const each_run = [&](auto&& run) {
         for (std::ptrdiff_t first = 0, last = 0; first < blocks; first = last) {
             char const touched = buffer.touched[static_cast<std::size_t>(first)];
@@ -221,7 +245,7 @@ void Solver::add_strip_forces(std::span<std::uint32_t const> strips, SolidRow co
         StripVelocity const v(s, discs_);
         double const *const rate = solid.force_rate + s.begin, *const x = solid.force_x + s.begin,
                             *const y = solid.force_y + s.begin, *const fraction = s.fraction;
-        auto const count = static_cast<int>(s.count);
+        int const count = whole_lanes(s);
         double force_x = 0, force_y = 0, moment = 0;
 #pragma omp simd reduction(+ : force_x, force_y, moment)
         for (int k = 0; k < count; ++k) {
