@@ -5,11 +5,16 @@
 namespace lbm {
 namespace {
 
-//! Waits until `value` differs from `old`: spins (about 20 us), then sleeps in the kernel.
+constexpr int short_spin = 1000;   //!< pauses, about 20 us
+constexpr int long_spin = 6000;   //!< about 120 us
+
+}  // namespace
+
+//! Waits until `value` differs from `old`: spins, then sleeps in the kernel.
 template <class T>
-void wait_change(std::atomic<T> const& value, T old)
+void Team::wait_change(std::atomic<T> const& value, T old) const
 {
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < short_spin || (i < long_spin && awake_.load(std::memory_order_relaxed)); ++i) {
         if (value.load(std::memory_order_acquire) != old) return;
 #if defined(__x86_64__)
         __builtin_ia32_pause();
@@ -17,8 +22,6 @@ void wait_change(std::atomic<T> const& value, T old)
     }
     value.wait(old, std::memory_order_acquire);
 }
-
-}  // namespace
 
 Team::Team(int threads)
 {
