@@ -29,6 +29,12 @@ Frame rearranged(Frame const& old, Frame const& newest)
 
 }  // namespace
 
+bool needs_credit(Scene const& scene, Edge const& edge)
+{
+    return std::none_of(scene.edges.begin(), scene.edges.end(),
+                        [&](Edge const& other) { return other.from == edge.to && other.to == edge.from; });
+}
+
 void Samples::Source::take_next()
 {
     assert(!pending.empty());
@@ -65,7 +71,7 @@ std::span<std::int64_t const> Samples::ids() const
 
 std::vector<std::span<double const>> const& Samples::columns(double time)
 {
-    return source_->columns((time - begin_) / length_);
+    return source_->columns((time - begin_) / (end_ - begin_));
 }
 
 }  // namespace sluice

@@ -38,9 +38,15 @@ struct Samples::Source
 struct OutChannel
 {
     Edge edge;
+    int number;  //!< of the edge in the scene
     FrameEncoder encoder;
-    Frame frame;
+    Frame frame = {};
     bool written = false;
+    std::int64_t used = -1;  //!< the newest frame that the receiver has said it used
 };
+
+//! Whether the receiver tells the sender which frames it has used, so that a faster sender waits for it. Not needed
+//! where an edge runs back: there each waits for the other in any case.
+bool needs_credit(Scene const& scene, Edge const& edge);
 
 }  // namespace sluice

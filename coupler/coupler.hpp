@@ -38,7 +38,7 @@ struct Window
     double end = 0;       //!< s
     double length = 0;    //!< s
     bool output = false;  //!< the state at its end is to be recorded
-    bool series = false;   //!< a row of the time series is to be written at its end
+    bool series = false;  //!< a row of the time series is to be written at its end
 };
 
 //! dem -> lbm: where the grains are and how they move. 2D: position and velocity have 2 numbers a point, interleaved.
@@ -78,7 +78,7 @@ class Samples
 {
  public:
     struct Source;
-    Samples(Source& source, double begin, double length) : source_(&source), begin_(begin), length_(length) {}
+    Samples(Source& source, Window const& window) : source_(&source), begin_(window.begin), end_(window.end) {}
     std::span<std::int64_t const> ids() const;
     //! All columns at a time of the window [s], by the edge's lag, prediction and sampling. Overwritten by the next
     //! call.
@@ -86,7 +86,7 @@ class Samples
 
  private:
     Source* source_;
-    double begin_, length_;
+    double begin_, end_;
 };
 
 template <class Data>

@@ -1,3 +1,5 @@
+#include <sys/prctl.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
@@ -106,7 +108,7 @@ Samples Participant::read(std::string_view from, std::string_view data, Window c
     for (auto& channel : s.in) {
         auto const& spec = s.scene.data[static_cast<std::size_t>(channel.edge.data)];
         if (spec.name == data && s.scene.participants[static_cast<std::size_t>(channel.edge.from)].name == from)
-            return {channel, window.begin, window.length};
+            return {channel, window};
     }
     throw Error("participant \"" + name() + "\" reads " + std::string(data) + " from \"" + std::string(from) +
                     "\", but the scene has no such coupling.",
@@ -182,7 +184,7 @@ void Participant::fail(Error const& error) noexcept
     auto& s = *session_;
     s.tell_peers(error.what());
     try {
-        s.write_summary(static_cast<int>(error.exit()));
+        if (!s.options.check) s.write_summary(static_cast<int>(error.exit()));
     } catch (...) {  // the disk may be full: the message below still reaches the user
     }
     s.status.fail(error.what(), static_cast<int>(error.exit()), s.consequence);
@@ -201,7 +203,8 @@ int parse(int argc, char** argv, JoinOptions& options)
     app.add_option("SCENE", options.scene, "the scene (YAML)")->required();
     app.add_option("--as", options.name, "which participant of the scene this process is")->required();
     app.add_option("--out", options.directory, "directory of the run, the same for all participants (runs/SCENE)");
-    app.add_option("--set", options.overrides, "path=value: change the scene, the same for all participants");
+    app.add_option("--set", options.overrides, "path=value: change the scene, the same for all participants")
+        ->allow_extra_args(false);
     app.add_flag("--check", options.check, "read and check the configuration, then stop");
     app.set_version_flag("--version", SLUICE_VERSION);
     try {
@@ -243,6 +246,7 @@ int run(int argc, char** argv, std::function<void(Participant&)> const& solve)
     JoinOptions options;
     if (int const code = parse(argc, argv, options); code >= 0) return code;
     std::signal(SIGPIPE, SIG_IGN);
+    if (std::getenv(parent_death)) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     try {
         Participant self(std::move(options));
         return solve_and_finish(self, solve);

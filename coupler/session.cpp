@@ -1,6 +1,7 @@
 #include "coupler/session.hpp"
 
 #include <fmt/format.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
@@ -21,27 +22,48 @@ using std::chrono::seconds;
 
 constexpr milliseconds patience{100};  // of one look for messages; between two, lost peers are looked for
 
+constexpr std::int64_t frames_ahead = 4;  // that a sender may be ahead of a receiver from which nothing comes back
+
 milliseconds in_milliseconds(double s)
 {
     return milliseconds(static_cast<std::int64_t>(s * 1000));
 }
 
-std::filesystem::path prepared(std::filesystem::path const& directory)
+//! Which participant this is. Throws Error (exit 2) if the scene has none of that name.
+int require_member(Scene const& scene, std::string const& name)
 {
-    std::error_code error;
-    std::filesystem::create_directories(directory / ".sluice", error);
-    require(!error, [&] {
-        return Error(directory.string() + ": " + error.message() + " (needed: a directory for results). Use --out.",
-                     Exit::io);
+    int const self = scene.index_of(name);
+    std::string names;
+    for (auto const& p : scene.participants) names += (names.empty() ? "" : ", ") + p.name;
+    require(self >= 0 && is_identifier(name), [&] {
+        return Error(scene.file.string() + ": no participant \"" + name + "\" (participants: " + names + ").");
     });
-    return directory;
+    return self;
+}
+
+//! The page of a participant, in the directory of the run, which is made if need be; for a check nothing is written.
+MappedStatus make_status(JoinOptions const& options, std::unique_ptr<NameLock>& lock)
+{
+    if (options.check) return {options.name, MappedStatus::Mode::unshared};
+    std::error_code error;
+    std::filesystem::create_directories(options.directory / ".sluice", error);
+    require(!error, [&] {
+        return Error(
+            options.directory.string() + ": " + error.message() + " (needed: a directory for results). Use --out.",
+            Exit::io);
+    });
+    lock = std::make_unique<NameLock>(
+        options.directory / ".sluice" / (options.name + ".lock"),
+        "participant \"" + options.name + "\" already runs in " + options.directory.string());
+    return {status_file(options.directory, options.name), MappedStatus::Mode::create};
 }
 
 //! A directory of ours alone for the ipc sockets of the run in `results`: short, since socket paths end at 107 bytes.
 std::string socket_directory(std::filesystem::path const& results)
 {
     char const* runtime = std::getenv("XDG_RUNTIME_DIR");
-    std::string const base = runtime && *runtime ? runtime : "/tmp";
+    bool const usable = runtime && std::string_view(runtime).size() < 50 && ::access(runtime, W_OK | X_OK) == 0;
+    std::string const base = usable ? runtime : "/tmp";
     auto const key = std::filesystem::absolute(results).lexically_normal().string();
     auto const parent = fmt::format("{}/sluice-{}", base, ::getuid());
     auto const path = fmt::format("{}/{:016x}", parent, XXH3_64bits(key.data(), key.size()));
@@ -104,27 +126,23 @@ Participant::Session::Session(JoinOptions given)
     : options(std::move(given)),
       loaded(load_scene(options.scene, options.overrides)),
       scene(loaded.scene),
-      self(scene.index_of(options.name)),
-      status(status_file(prepared(options.directory), options.name), MappedStatus::Mode::create)
+      self(require_member(scene, options.name)),
+      status(make_status(options, lock))
 {
-    if (self < 0) {
-        std::string names;
-        for (auto const& p : scene.participants) names += (names.empty() ? "" : ", ") + p.name;
-        throw Error(scene.file.string() + ": no participant \"" + options.name + "\" (participants: " + names + ").");
-    }
     status->pid = ::getpid();
     status->phase = Phase::preparing;
     greetings.resize(scene.participants.size());
     said_bye.resize(scene.participants.size());
     greetings[static_cast<std::size_t>(self)].nonce = std::random_device{}() | std::uint64_t{std::random_device{}()}
                                                                                    << 32;
-    std::vector<InEdge> terms;
     for (std::size_t e = 0; e < scene.edges.size(); ++e) {
         Edge const& edge = scene.edges[e];
         auto const& spec = scene.data[static_cast<std::size_t>(edge.data)];
         if (edge.to == self) in.emplace_back(edge, static_cast<int>(e), spec, scene.dimension);
         if (edge.from == self)
-            out.push_back({edge, FrameEncoder(spec, scene.dimension, static_cast<std::uint32_t>(e)), {}, false});
+            out.push_back({.edge = edge,
+                           .number = static_cast<int>(e),
+                           .encoder = FrameEncoder(spec, scene.dimension, static_cast<std::uint32_t>(e))});
     }
 }
 
@@ -184,8 +202,13 @@ void Participant::Session::connect()
                 make_zmq_transport(members, scene.address.empty() ? socket_directory(options.directory) : scene.address,
                                    in_milliseconds(scene.silence_timeout));
         meet_all();
+        transport->settle();
     }
     window_length = choose_window(scene, greetings);
+    require(scene.end / window_length < 1e12, [&] {
+        return Error(fmt::format("{}: {} s in windows of {} s are more than 1e12 windows. Take longer ones.",
+                                 scene.file.string(), scene.end, window_length));
+    });
     window_count = static_cast<std::int64_t>(std::ceil(scene.end / window_length - 1e-9));
     for (Greeting const& g : greetings) session = XXH3_64bits_withSeed(&g.nonce, sizeof g.nonce, session);
     std::vector<InEdge> terms;
@@ -202,24 +225,36 @@ bool Participant::Session::greet(int peer)
     auto const& mine = greetings[static_cast<std::size_t>(self)];
     nlohmann::json const hello = {{"name", options.name}, {"nonce", mine.nonce}, {"window", mine.window},
                                   {"exact", mine.exact},  {"scene", scene.hash}, {"canonical", scene.canonical}};
-    auto const bytes = encode_text(MessageKind::hello, 0, 0, hello.dump());
+    auto const bytes =
+        encode_text(MessageKind::hello, 0, 0, hello.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     return transport->try_send(peer, bytes);
+}
+
+//! Whether a peer's process on this host is alive and busy before its first window, e.g. settling a packing.
+bool Participant::Session::is_preparing(int peer) const
+{
+    auto const& name = scene.participants[static_cast<std::size_t>(peer)].name;
+    MappedStatus const page(status_file(options.directory, name), MappedStatus::Mode::open);
+    return page && page->phase == Phase::preparing && page->pid > 0 && ::kill(page->pid, 0) == 0;
 }
 
 void Participant::Session::meet_all()
 {
     std::vector<char> greeted(greetings.size());
     greeted[static_cast<std::size_t>(self)] = greetings[static_cast<std::size_t>(self)].arrived = true;
-    auto const start = Clock::now();
+    auto start = Clock::now();
     auto next_word = start + seconds(5);
     for (;;) {
         std::string missing, commands;
         for (int p = 0; p < static_cast<int>(greetings.size()); ++p) {
             auto const at = static_cast<std::size_t>(p);
+            if (p != self && transport->lost(p))
+                greeted[at] = greetings[at].arrived = false;  // it may be started again
             if (!greeted[at]) greeted[at] = greet(p);
             if (greeted[at] && greetings[at].arrived) continue;
             missing += (missing.empty() ? "\"" : ", \"") + scene.participants[at].name + "\"";
             commands += "\n    " + command_of(p);
+            if (p != self && is_preparing(p)) start = Clock::now();
         }
         if (missing.empty()) return;
         auto const now = Clock::now();
@@ -251,6 +286,7 @@ void Participant::Session::handle_greeting(int peer, std::string const& text)
                          difference(scene.canonical, canonical) + ". Give both the same file and the same --set.",
                      Exit::protocol);
     });
+    if (greetings[static_cast<std::size_t>(peer)].arrived) greet(peer);  // it was started again: it does not know us
     greetings[static_cast<std::size_t>(peer)] = {true, hello.value("nonce", std::uint64_t{0}),
                                                  hello.value("window", 0.0), hello.value("exact", false)};
 }
@@ -274,6 +310,12 @@ void Participant::Session::handle(Transport::Incoming const& incoming)
         said_bye[static_cast<std::size_t>(incoming.peer)] = true;
         return;
     }
+    if (header.kind == MessageKind::credit) {
+        for (auto& channel : out)
+            if (channel.number == static_cast<int>(header.edge) && channel.edge.to == incoming.peer)
+                channel.used = std::max(channel.used, header.frame);
+        return;
+    }
     for (auto& channel : in)
         if (channel.number == static_cast<int>(header.edge) && channel.edge.from == incoming.peer)
             return channel.arrive(header, incoming.bytes, peer_name);
@@ -295,6 +337,23 @@ void Participant::Session::send(int peer, std::span<std::byte const> bytes, Cloc
     }
 }
 
+//! Waits while the receiver is more than `frames_ahead` behind.
+void Participant::Session::await_credit(OutChannel& channel, std::int64_t frame)
+{
+    int const to = channel.edge.to;
+    while (frame - channel.used > frames_ahead && !said_bye[static_cast<std::size_t>(to)]) {
+        book(Activity::exchange);
+        auto const incoming = transport->receive(patience);
+        book(Activity::wait);
+        if (incoming)
+            handle(*incoming);
+        else if (transport->lost(to)) {
+            consequence = true;
+            throw lost_peer(to);
+        }
+    }
+}
+
 void Participant::Session::send_frames(std::int64_t frame)
 {
     for (auto& channel : out) {
@@ -304,6 +363,7 @@ void Participant::Session::send_frames(std::int64_t frame)
                              " (a state is needed at the start and at the end of every window).",
                          Exit::internal);
         });
+        if (needs_credit(scene, channel.edge)) await_credit(channel, frame);
         channel.frame.index = frame;
         channel.frame.time = static_cast<double>(frame) * window_length;
         auto const bytes = channel.encoder.encode(channel.frame, session, options.name);
@@ -325,6 +385,12 @@ void Participant::Session::await_frame(int edge)
             handle(*incoming);
             continue;
         }
+        require(!said_bye[static_cast<std::size_t>(channel.edge.from)], [&] {
+            return Error(fmt::format("participant \"{}\" left its run early; \"{}\" still needs its frames in {}.",
+                                     scene.participants[static_cast<std::size_t>(channel.edge.from)].name, options.name,
+                                     where()),
+                         Exit::peer_died);
+        });
         if (!transport->lost(channel.edge.from)) continue;
         if (seen_lost) {  // whatever it sent before it ended has been read by now
             consequence = true;
@@ -339,6 +405,10 @@ void Participant::Session::await_frame(int edge)
                      Exit::protocol);
     });
     channel.take_next();
+    if (!needs_credit(scene, channel.edge)) return;
+    auto const credit =
+        encode_text(MessageKind::credit, session, number, "", static_cast<std::uint32_t>(channel.number));
+    send(channel.edge.from, credit, Clock::time_point::max());
 }
 
 bool Participant::Session::advance(Window& window)
@@ -379,6 +449,11 @@ bool Participant::Session::advance(Window& window)
 
 void Participant::Session::leave()
 {
+    require(schedule && schedule->next().kind == Action::Kind::finish, [&] {
+        return Error(
+            "participant \"" + options.name + "\" left its loop over the windows before their end, in " + where() + ".",
+            Exit::internal);
+    });
     if (!transport) return;
     auto const bytes = encode_text(MessageKind::bye, session, window_count, "");
     auto const deadline = Clock::now() + in_milliseconds(scene.connect_timeout);
@@ -429,7 +504,7 @@ void Participant::Session::write_summary(int exit) const
         {"warnings", warnings},
         {"skipped", skipped}};
     auto const base = options.directory / ".sluice" / spec.name;
-    write_atomically(base.string() + ".json", summary.dump(1));
+    write_atomically(base.string() + ".json", summary.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
     std::string effective;
     for (auto const& [path, value] : loaded.diagnostics->effective) effective += path + " = " + value + "\n";
     write_atomically(base.string() + ".config", effective);

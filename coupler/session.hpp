@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "coupler/base/name_lock.hpp"
 #include "coupler/base/status_page.hpp"
 #include "coupler/channel.hpp"
 #include "coupler/record/trace.hpp"
@@ -37,12 +38,13 @@ struct Participant::Session
     void write_summary(int exit) const;
     Error lost_peer(int peer) const;
     std::string command_of(int participant) const;
-    std::string where() const;  //!< "window 12 (t = 0.34 s)"
+    std::string where() const;  //!< "window 12 of 500 (t = 0.34 s)"
 
     JoinOptions options;
     LoadedScene loaded;
     Scene const& scene;
     int self = -1;
+    std::unique_ptr<NameLock> lock;  //!< on the name, in the run's directory
     MappedStatus status;
     std::unique_ptr<Transport> transport;
     std::vector<Greeting> greetings;
@@ -67,6 +69,8 @@ struct Participant::Session
     void meet_all();
     void handle(Transport::Incoming const& incoming);
     void handle_greeting(int peer, std::string const& text);
+    bool is_preparing(int peer) const;
+    void await_credit(OutChannel& channel, std::int64_t frame);
     void send_frames(std::int64_t frame);
     void await_frame(int edge);
     void book(Activity activity);  //!< the time since the last call

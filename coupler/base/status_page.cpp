@@ -26,16 +26,27 @@ void copy_text(char (&to)[N], std::string_view text)
 
 MappedStatus::MappedStatus(std::filesystem::path const& file, Mode mode)
 {
-    int const flags = mode == Mode::create ? O_RDWR | O_CREAT | O_CLOEXEC : O_RDWR | O_CLOEXEC;
-    int const descriptor = ::open(file.c_str(), flags, 0600);
-    if (descriptor < 0 && mode == Mode::open) return;
-    require(descriptor >= 0, [&] { return Error(file.string() + ": " + std::strerror(errno) + ".", Exit::io); });
-    bool const sized = ::ftruncate(descriptor, sizeof(StatusPage)) == 0;
-    void* const memory =
-        sized ? ::mmap(nullptr, sizeof(StatusPage), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0) : MAP_FAILED;
-    ::close(descriptor);
-    require(memory != MAP_FAILED, [&] { return Error(file.string() + ": " + std::strerror(errno) + ".", Exit::io); });
-    page_ = mode == Mode::create ? new (memory) StatusPage : static_cast<StatusPage*>(memory);
+    auto fail = [&](int error) { throw Error(file.string() + ": " + std::strerror(error) + ".", Exit::io); };
+    int descriptor = -1;
+    if (mode == Mode::open) {
+        std::error_code none;
+        if (std::filesystem::file_size(file, none) != sizeof(StatusPage) || none) return;
+        descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+        if (descriptor < 0) return;
+    }
+    if (mode == Mode::create) {
+        descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+        if (descriptor < 0) fail(errno);
+        // blocks now: writing to a hole of a full disk ends a process without a word
+        int const error = ::posix_fallocate(descriptor, 0, sizeof(StatusPage));
+        if (error != 0) ::close(descriptor), fail(error);
+    }
+    int const flags = mode == Mode::unshared ? MAP_PRIVATE | MAP_ANONYMOUS : MAP_SHARED;
+    void* const memory = ::mmap(nullptr, sizeof(StatusPage), PROT_READ | PROT_WRITE, flags, descriptor, 0);
+    int const error = errno;
+    if (descriptor >= 0) ::close(descriptor);
+    if (memory == MAP_FAILED) fail(error);
+    page_ = mode == Mode::open ? static_cast<StatusPage*>(memory) : new (memory) StatusPage;
 }
 
 MappedStatus::~MappedStatus()

@@ -12,7 +12,6 @@ namespace sluice {
 enum class Phase : std::int32_t
 {
     absent = 0,
-    starting,
     preparing,
     connecting,
     running,
@@ -38,14 +37,15 @@ struct StatusPage
     char message[16384] = {};                  //!< why it failed
 };
 
-//! Maps the page of participant `name`; creates it (zeroed) if asked to, else the file must exist. Unmapped at exit.
+//! A mapped page; unmapped on destruction. Throws Error (exit 7) if it cannot be made.
 class MappedStatus
 {
  public:
     enum class Mode
     {
-        create,
-        open
+        create,   //!< a new page
+        open,     //!< one that is there and whole, else empty
+        unshared  //!< in memory, for nobody else to see
     };
     MappedStatus(std::filesystem::path const& file, Mode mode);
     MappedStatus(MappedStatus&& other) noexcept : page_(std::exchange(other.page_, nullptr)) {}
@@ -64,6 +64,9 @@ class MappedStatus
  private:
     StatusPage* page_ = nullptr;
 };
+
+//! Set by a launcher whose child starts the participants (mpirun): they then end with that child.
+inline constexpr char const* parent_death = "SLUICE_END_WITH_PARENT";
 
 inline std::filesystem::path status_file(std::filesystem::path const& directory, std::string const& participant)
 {

@@ -1,8 +1,10 @@
 #include "coupler/cli/check.hpp"
 
 #include <algorithm>
-#include <regex>
+#include <charconv>
+#include <chrono>
 #include <sstream>
+#include <thread>
 
 #include "coupler/base/error.hpp"
 #include "coupler/cli/process.hpp"
@@ -40,29 +42,52 @@ void require_executables(LoadedScene& loaded)
     }
 }
 
+//! `LINE:COLUMN: text` or `--set: text`, as it follows `FILE:` in a message; nothing if it is something else.
+std::optional<Problem> to_problem(std::string_view text)
+{
+    constexpr std::string_view set = " --set: ";
+    if (text.starts_with(set)) return Problem{1, 1, std::string(text.substr(set.size()))};
+    Problem problem;
+    for (int* number : {&problem.line, &problem.column}) {
+        auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), *number);
+        if (error != std::errc() || end == text.data() + text.size() || *end != ':') return std::nullopt;
+        text.remove_prefix(static_cast<std::size_t>(end - text.data()) + 1);
+    }
+    if (!text.starts_with(' ')) return std::nullopt;
+    problem.text = text.substr(1);
+    return problem;
+}
+
 //! `file:line:column: text` lines of a participant become problems; anything else is given back.
 std::string take_problems(std::string const& output, Diagnostics& diagnostics)
 {
-    std::regex const line_of_problem("^(.*?):(\\d+):(\\d+): (.*)$"), override_problem("^(.*?): --set: (.*)$");
     std::istringstream lines(output);
     std::string rest;
+    auto const prefix = diagnostics.file + ":";
     for (std::string line; std::getline(lines, line);) {
-        std::smatch m;
-        Problem problem;
-        if (std::regex_match(line, m, line_of_problem) && m[1] == diagnostics.file)
-            problem = {std::stoi(m[2]), std::stoi(m[3]), m[4]};
-        else if (std::regex_match(line, m, override_problem) && m[1] == diagnostics.file)
-            problem = {1, 1, m[2]};
-        else {
+        auto const problem =
+            line.starts_with(prefix) ? to_problem(std::string_view(line).substr(prefix.size())) : std::nullopt;
+        if (!problem) {
             rest += line + "\n";
             continue;
         }
         bool const known = std::any_of(diagnostics.problems.begin(), diagnostics.problems.end(), [&](Problem const& p) {
-            return p.line == problem.line && p.column == problem.column && p.text == problem.text;
+            return p.line == problem->line && p.column == problem->column && p.text == problem->text;
         });
-        if (!known) diagnostics.problems.push_back(problem);
+        if (!known) diagnostics.problems.push_back(*problem);
     }
     return rest;
+}
+
+//! How a participant's check ended; one that takes longer than a minute does not know --check and is ended.
+std::optional<Ending> wait_a_minute(Process& process)
+{
+    auto const deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (!process.poll()) {
+        if (std::chrono::steady_clock::now() > deadline) return std::nullopt;
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return process.poll();
 }
 
 //! A file for each participant's answer, gone with the object.
@@ -107,7 +132,7 @@ CheckedScene check_scene(SceneChoice const& choice)
     std::vector<std::pair<std::string, Process>> running;
     for (auto const& spec : scene.participants) {
         auto argv = program_of(spec);
-        if (argv[0].empty() || find_executable(argv[0]).empty()) continue;
+        if (!is_identifier(spec.name) || argv[0].empty() || find_executable(argv[0]).empty()) continue;
         for (std::string const& word : {scene.file.string(), std::string("--as"), spec.name, std::string("--out"),
                                         (answers.directory() / "run").string(), std::string("--check")})
             argv.push_back(word);
@@ -116,13 +141,17 @@ CheckedScene check_scene(SceneChoice const& choice)
     }
     std::string broken;
     for (auto& [name, process] : running) {
-        auto const ending = process.wait();
+        auto const ending = wait_a_minute(process);
         auto const rest = take_problems(read_file(answers.directory() / name), *checked.loaded.diagnostics);
-        if (ending.well())
+        auto const what = !ending               ? std::string("it does not end (does it know --check?)")
+                          : ending->signal != 0 ? "signal " + std::to_string(ending->signal)
+                                                : "exit " + std::to_string(ending->code);
+        if (ending && ending->well())
             checked.remarks.push_back(rest);
-        else if (ending.code != static_cast<int>(Exit::config) || !rest.empty())
-            broken += "participant \"" + name + "\" cannot check its configuration (exit " +
-                      std::to_string(ending.code) + ", signal " + std::to_string(ending.signal) + "): " + rest;
+        else if (!ending || ending->code != static_cast<int>(Exit::config) || !rest.empty())
+            broken += (broken.empty() ? "" : "\n") +
+                      ("participant \"" + name + "\" cannot check its configuration: " + what) +
+                      (rest.empty() ? "." : ": " + rest);
     }
     checked.loaded.diagnostics->throw_if_any();
     require(broken.empty(), [&] { return Error(broken); });

@@ -38,7 +38,7 @@ Json summarise(Scene const& scene, path const& directory, RunEnding const& endin
             {"gravity", std::vector<double>(scene.gravity.begin(), scene.gravity.begin() + scene.dimension)},
             {"windows", windows},
             {"window_seconds", window_seconds},
-            {"end_time", scene.end},
+            {"end_time", static_cast<double>(windows) * window_seconds},
             {"wall_seconds", ending.wall_seconds},
             {"exit", ending.exit},
             {"message", ending.message},
@@ -72,7 +72,7 @@ std::vector<path> paths_of(std::vector<std::pair<std::string, path>> const& name
 Json collect(Scene const& scene, path const& directory, RunEnding const& ending)
 {
     auto const summary = summarise(scene, directory, ending);
-    write_atomically(directory / "summary.json", summary.dump(1) + "\n");
+    write_atomically(directory / "summary.json", summary.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
     std::vector<TablePart> tables;
     for (auto const& [name, file] : parts(scene, directory, ".csv"))
         if (name != "series") tables.push_back({name, file});
@@ -116,8 +116,11 @@ bool make_report(std::vector<path> const& runs, path const& page, std::string& w
     for (auto const& run : runs) argv.push_back(run.string());
     argv.insert(argv.end(), {"--out", page.string()});
     auto const log = page.string() + ".log";
-    Process process(argv, log);
-    bool const well = process.wait().well();
+    bool well = false;
+    try {
+        well = Process(argv, log).wait().well();
+    } catch (Error const&) {  // no Python: said below
+    }
     if (!well)
         why_not = "no report: " + last_lines(log, 3) +
                   "\n  (needed: the packages python3-numpy, python3-h5py and python3-matplotlib).";

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <optional>
 #include <regex>
 #include <thread>
 
@@ -23,6 +24,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds tick{20};
 constexpr milliseconds grace{700};         // for the others to say why they stop, after the first has ended
+constexpr milliseconds mpirun_time{1300};  // mpirun notices a dead process, and says so, in about 1.1 s
 constexpr milliseconds before_kill{1200};  // after the first has ended: SIGTERM has had 0.5 s
 
 std::atomic<int> asked_to_stop{0};
@@ -86,6 +88,8 @@ struct Crew
     std::vector<std::string> logs;    //!< of each process
     std::vector<MappedStatus> pages;  //!< one per participant
     bool mpi;
+    Clock::time_point started = Clock::now();
+    std::optional<Clock::time_point> gone = {};  //!< when a participant under mpirun was first found gone
 
     bool all_ended()
     {
@@ -93,58 +97,78 @@ struct Crew
         for (auto& process : processes) all = process.poll().has_value() && all;
         return all;
     }
+    bool is_done(std::size_t p) const { return pages[p] && pages[p]->phase == Phase::done; }
+    //! A process ended badly or before its participant was done, or a participant says that it failed.
     bool one_failed()
     {
-        for (auto& process : processes)
-            if (auto const ending = process.poll(); ending && !ending->well()) return true;
+        for (std::size_t p = 0; p < processes.size(); ++p)
+            if (auto const ending = processes[p].poll(); ending && (!ending->well() || (!mpi && !is_done(p))))
+                return true;
         for (auto const& page : pages)
             if (page && page->phase == Phase::failed) return true;
-        return false;
+        if (mpi && first_gone() && Clock::now() - *gone > mpirun_time) return true;
+        return mpi && all_ended() && !all_done();
+    }
+    //! mpirun: a participant's process is gone though it was not done, or never came. mpirun ends the others and says
+    //! how it ended; only if it does not within its time is it our turn.
+    bool first_gone()
+    {
+        bool const late = Clock::now() - started > std::chrono::duration<double>(scene.connect_timeout);
+        bool now_gone = false;
+        for (std::size_t p = 0; p < pages.size(); ++p)
+            now_gone =
+                now_gone || (pages[p] ? !is_done(p) && pages[p]->pid > 0 && ::kill(pages[p]->pid, 0) != 0 : late);
+        if (now_gone && !gone) gone = Clock::now();
+        return now_gone;
+    }
+    bool all_done() const
+    {
+        for (std::size_t p = 0; p < pages.size(); ++p)
+            if (!is_done(p)) return false;
+        return true;
     }
     void signal_all(int number)
     {
-        for (auto& process : processes)
-            if (!process.poll()) process.signal(number);
-    }
-    //! mpirun's own children outlive a killed mpirun: they are ended by the process ids that they wrote down.
-    void kill_what_mpirun_left()
-    {
-        for (auto const& page : pages) {
-            if (!mpi || !page || page->pid <= 0 || page->phase == Phase::done) continue;
-            ::kill(page->pid, SIGKILL);
-            for (int tries = 0; tries < 50 && ::kill(page->pid, 0) == 0; ++tries)
-                std::this_thread::sleep_for(milliseconds(5));
-        }
+        for (auto& process : processes) process.signal(number);
     }
     void map_pages()
     {
         for (std::size_t p = 0; p < pages.size(); ++p)
             if (!pages[p]) {
-                auto const file = status_file(directory, scene.participants[p].name);
-                std::error_code none;
-                if (std::filesystem::file_size(file, none) != sizeof(StatusPage) || none) continue;
-                pages[p] = MappedStatus(file, MappedStatus::Mode::open);
+                pages[p] = MappedStatus(status_file(directory, scene.participants[p].name), MappedStatus::Mode::open);
             }
     }
 };
 
+//! What an earlier run left under the names of this one's results, so that old and new never stand side by side.
+void remove_old_results(Scene const& scene, std::filesystem::path const& directory)
+{
+    std::vector<std::string> names{"series.csv", "summary.json", "archive.h5",
+                                   "trace.json", "report.html",  scene.file.stem().string() + ".pvd"};
+    for (auto const& spec : scene.participants)
+        for (std::string const ending : {".csv", ".pvd", ".h5", ".log"}) names.push_back(spec.name + ending);
+    for (auto const& spec : scene.participants)
+        for (std::string const ending : {".status", ".json", ".config", ".trace.json"})
+            names.push_back(".sluice/" + spec.name + ending);
+    for (auto const& name : names) std::filesystem::remove(directory / name);
+    for (auto const& spec : scene.participants) std::filesystem::remove_all(directory / spec.name);
+}
+
 Crew start(Scene const& scene, std::filesystem::path const& directory)
 {
     Crew crew{scene, directory, {}, {}, {}, scene.transport == TransportKind::mpi && scene.participants.size() > 1};
-    for (auto const& spec : scene.participants) {
-        std::filesystem::remove(status_file(directory, spec.name));
-        std::filesystem::remove(directory / ".sluice" / (spec.name + ".json"));
+    remove_old_results(scene, directory);
+    for (auto const& spec : scene.participants)
         crew.pages.emplace_back(status_file(directory, spec.name), MappedStatus::Mode::open);
-    }
     if (crew.mpi) {
         require(!find_executable("mpirun").empty(), [] {
             return Error("transport: mpi needs mpirun, which is not on PATH. Install the package openmpi-bin.",
                          Exit::io);
         });
         crew.logs.push_back((directory / "mpirun.log").string());
-        crew.processes.emplace_back(
-            mpi_command(scene, directory), crew.logs.back(),
-            std::vector<std::pair<std::string, std::string>>{{"OMPI_MCA_mpi_yield_when_idle", "1"}});
+        crew.processes.emplace_back(mpi_command(scene, directory), crew.logs.back(),
+                                    std::vector<std::pair<std::string, std::string>>{
+                                        {"OMPI_MCA_mpi_yield_when_idle", "1"}, {parent_death, "1"}});
         return crew;
     }
     for (auto const& spec : scene.participants) {
@@ -199,6 +223,8 @@ RunEnding explain(Crew& crew, int root)
 {
     RunEnding ending;
     ending.exit = static_cast<int>(Exit::peer_died);
+    for (std::size_t p = 0; p < crew.pages.size() && root < 0; ++p)  // only consequences: the first tells most
+        if (crew.pages[p] && crew.pages[p]->phase == Phase::failed) root = static_cast<int>(p);
     if (root < 0) {
         ending.message = "the run ended early. Look at the logs in " + crew.directory.string() + ".";
         return ending;
@@ -224,7 +250,7 @@ int end_all(Crew& crew, Clock::time_point first_failure)
     int root = -1;
     bool asked = false, killed = false;
     while (!crew.all_ended()) {
-        if (root < 0) root = root_cause(crew);
+        if (root < 0 && !asked) root = root_cause(crew);  // later, our own signals end them
         auto const since = Clock::now() - first_failure;
         if (!asked && since > grace) {
             asked = true;
@@ -236,8 +262,7 @@ int end_all(Crew& crew, Clock::time_point first_failure)
         }
         std::this_thread::sleep_for(tick);
     }
-    crew.kill_what_mpirun_left();
-    return root < 0 ? root_cause(crew) : root;
+    return root < 0 && !asked ? root_cause(crew) : root;
 }
 
 RunEnding interrupted(Crew& crew)
@@ -258,6 +283,7 @@ RunEnding launch(Scene const& scene, std::filesystem::path const& directory, Pro
     asked_to_stop = 0;
     SignalGuard const guard;
     auto const begin = Clock::now();
+    adopt_orphans();
     auto crew = start(scene, directory);
     RunEnding ending;
     for (;;) {
@@ -267,7 +293,7 @@ RunEnding launch(Scene const& scene, std::filesystem::path const& directory, Pro
             break;
         }
         if (crew.one_failed()) {
-            int const root = end_all(crew, Clock::now());
+            int const root = end_all(crew, crew.gone.value_or(Clock::now()));
             ending = explain(crew, root);
             break;
         }
@@ -275,6 +301,8 @@ RunEnding launch(Scene const& scene, std::filesystem::path const& directory, Pro
         progress.show(crew.pages);
         std::this_thread::sleep_for(tick);
     }
+    crew.signal_all(SIGKILL);
+    end_orphans();
     progress.clear();
     ending.wall_seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     return ending;

@@ -1,12 +1,9 @@
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
 
 #include "coupler/base/error.hpp"
+#include "coupler/base/name_lock.hpp"
 #include "coupler/cli/check.hpp"
 #include "coupler/cli/collect.hpp"
 #include "coupler/cli/graph.hpp"
@@ -19,27 +16,13 @@ using namespace sluice;
 using std::filesystem::path;
 
 //! Keeps a second run out of a directory while one is going on there.
-class DirectoryLock
+NameLock lock_directory(path const& directory)
 {
- public:
-    explicit DirectoryLock(path const& directory)
-    {
-        std::error_code error;
-        std::filesystem::create_directories(directory / ".sluice", error);
-        require(!error, [&] { return Error(directory.string() + ": " + error.message() + ". Use --out.", Exit::io); });
-        auto const file = (directory / ".sluice" / "lock").string();
-        file_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-        require(file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) == 0, [&] {
-            return Error(directory.string() + ": another run is going on there. Use another --out.", Exit::protocol);
-        });
-    }
-    DirectoryLock(DirectoryLock const&) = delete;
-    DirectoryLock& operator=(DirectoryLock const&) = delete;
-    ~DirectoryLock() { ::close(file_); }
-
- private:
-    int file_ = -1;
-};
+    std::error_code error;
+    std::filesystem::create_directories(directory / ".sluice", error);
+    require(!error, [&] { return Error(directory.string() + ": " + error.message() + ". Use --out.", Exit::io); });
+    return NameLock(directory / ".sluice" / "run.lock", directory.string() + ": another run is going on there");
+}
 
 struct Options
 {
@@ -57,18 +40,21 @@ int run_scene(Options& o)
     if (o.directory.empty()) o.directory = path("runs") / o.choice.scene.stem();
     auto const checked = check_scene(o.choice);
     Scene const& scene = checked.loaded.scene;
-    DirectoryLock const lock(o.directory);
+    NameLock const lock = lock_directory(o.directory);
     write_atomically(o.directory / "scene.yaml", scene.text);
     if (!o.quiet)
         for (auto const& remark : checked.remarks) std::fputs(remark.c_str(), stderr);
     Progress progress(scene, o.quiet);
     auto const ending = launch(scene, o.directory, progress);
-    auto const summary = collect(scene, o.directory, ending);
-    if (!o.quiet) std::fputs(time_table(summary).c_str(), stdout);
-    if (ending.exit != 0) {
-        std::fprintf(stderr, "%s\n", ending.message.c_str());
-        return ending.exit;
+    if (ending.exit != 0) std::fprintf(stderr, "%s\n", ending.message.c_str());
+    try {
+        auto const summary = collect(scene, o.directory, ending);
+        if (!o.quiet) std::fputs(time_table(summary).c_str(), stdout);
+    } catch (Error const& e) {  // what ended the run goes before what cannot be put together
+        if (ending.exit == 0) throw;
+        std::fprintf(stderr, "%s\n", e.what());
     }
+    if (ending.exit != 0) return ending.exit;
     std::string why_not;
     if (o.report && !make_report({o.directory}, o.directory / "report.html", why_not))
         std::fprintf(stderr, "%s\n", why_not.c_str());
@@ -132,7 +118,8 @@ int main(int argc, char** argv)
     app.set_version_flag("--version", SLUICE_VERSION);
     auto with_scene = [&](CLI::App* sub) {
         sub->add_option("SCENE", o.choice.scene, "the scene (YAML)")->required();
-        sub->add_option("--set", o.choice.overrides, "path=value: change the scene, e.g. time.end=0.1");
+        sub->add_option("--set", o.choice.overrides, "path=value: change the scene, e.g. time.end=0.1")
+            ->allow_extra_args(false);
         return sub;
     };
     auto* const run =

@@ -69,7 +69,7 @@ Process::Process(Process&& other) noexcept
 
 Process::~Process()
 {
-    if (pid_ < 0 || ending_) return;
+    if (pid_ < 0) return;
     signal(SIGKILL);
     wait();
 }
@@ -97,7 +97,25 @@ Ending Process::wait()
 
 void Process::signal(int number) const
 {
-    if (pid_ > 0 && !ending_) ::kill(-pid_, number);
+    if (pid_ > 0) ::kill(-pid_, number);  // its group: no such group once all of it has ended
+}
+
+void adopt_orphans()
+{
+    ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+}
+
+void end_orphans()
+{
+    for (int round = 0; round < 100; ++round) {  // killed children hand their own over to us
+        std::ifstream children("/proc/self/task/" + std::to_string(::getpid()) + "/children");
+        bool any = false;
+        for (pid_t child = 0; children >> child; any = true) {
+            ::kill(child, SIGKILL);
+            ::waitpid(child, nullptr, 0);
+        }
+        if (!any) return;
+    }
 }
 
 std::filesystem::path own_directory()

@@ -31,13 +31,17 @@ class Process
 
     std::optional<Ending> poll();  //!< how it ended, if it has
     Ending wait();
-    void signal(int number) const;  //!< to it and what it started; nothing once it has ended
-    pid_t pid() const { return pid_; }
+    void signal(int number) const;  //!< to it and to what it started, also after it has ended itself
 
  private:
     pid_t pid_ = -1;
     std::optional<Ending> ending_;
 };
+
+//! Makes this process the parent of what its children leave behind, so that end_orphans() finds them.
+void adopt_orphans();
+//! Kills and reaps every child of this process, adopted ones included.
+void end_orphans();
 
 //! The executable `name` beside this one, or on PATH; empty if there is none.
 std::filesystem::path find_executable(std::string const& name);

@@ -30,8 +30,7 @@ std::string Progress::line(std::vector<MappedStatus> const& pages)
         if (!pages[p]) return "starting";
         Phase const phase = pages[p]->phase;
         std::string const note(pages[p]->note, strnlen(pages[p]->note, sizeof pages[p]->note));
-        if (phase == Phase::preparing || phase == Phase::starting)
-            return scene_.participants[p].name + ": " + (note.empty() ? "preparing" : note);
+        if (phase == Phase::preparing) return scene_.participants[p].name + ": " + (note.empty() ? "preparing" : note);
         if (phase == Phase::connecting) return scene_.participants[p].name + ": waiting for the others";
         if (window < 0 || pages[p]->window < window) {
             window = pages[p]->window;

@@ -81,6 +81,8 @@ void Diagnostics::throw_if_any() const
                 return file + ": --set";
         return file + ":" + std::to_string(p.line) + ":" + std::to_string(p.column);
     };
+    auto const same = [&](Problem const& a, Problem const& b) { return a.text == b.text && place(a) == place(b); };
+    sorted.erase(std::unique(sorted.begin(), sorted.end(), same), sorted.end());
     for (Problem const& p : sorted) text += (text.empty() ? "" : "\n") + place(p) + ": " + p.text;
     throw Error(text, Exit::config);
 }
@@ -120,7 +122,11 @@ Reader::Reader(YAML::Node node, YAML::Node key, std::string path, std::shared_pt
     if (!node_.IsMap()) return;
     std::map<std::string, YAML::Mark> seen;  // yaml-cpp keeps duplicate keys in silence, the first wins
     for (auto const& entry : node_) {
-        auto const name = entry.first.IsScalar() ? entry.first.Scalar() : std::string("?");
+        if (!entry.first.IsScalar()) {
+            record(entry.first.Mark(), (path_.empty() ? "" : path_ + ": ") + "a key must be a word.");
+            continue;
+        }
+        auto const name = entry.first.Scalar();
         auto const [first, is_new] = seen.emplace(name, entry.first.Mark());
         if (!is_new)
             record(entry.first.Mark(), path_of(name) + " is given twice (first in line " +
@@ -156,10 +162,6 @@ bool Reader::has(std::string_view key) const
 bool Reader::is_scalar(std::string_view key) const
 {
     return has(key) && node_[std::string(key)].IsScalar();
-}
-bool Reader::is_list(std::string_view key) const
-{
-    return has(key) && node_[std::string(key)].IsSequence();
 }
 
 std::vector<std::string> Reader::keys() const

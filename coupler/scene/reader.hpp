@@ -78,10 +78,10 @@ class Reader
 
     bool has(std::string_view key) const;
     bool is_scalar(std::string_view key) const;  //!< present and a single word or number, not a mapping or list
-    bool is_list(std::string_view key) const;
     std::string const& path() const { return path_; }
     std::vector<std::string> keys() const;
-    Problem place(std::string_view key) const;  //!< where the key stands, without a text
+    YAML::Node key_of(std::string_view key) const { return key_node(key); }  //!< the key itself, else this mapping's
+    Problem place(std::string_view key) const;                               //!< where the key stands, without a text
     std::optional<YAML::Node> subtree(std::string_view key);  //!< taken as it is, for somebody else to read
 
     //! Records a mistake at `key` (or at this mapping if the key is absent): `path.key: text`.

@@ -3,6 +3,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 
@@ -11,11 +12,18 @@
 namespace sluice {
 namespace {
 
-bool is_identifier(std::string const& name)
+//! Names of files that a run's directory has for itself.
+constexpr std::string_view reserved[] = {"archive", "series", "summary", "scene", "trace", "report", "mpirun"};
+
+//! tcp://127.A.B.C:PORT, with numbers only: a name could lead anywhere.
+bool is_loopback(std::string const& address)
 {
-    return !name.empty() && name.size() <= 64 &&
-           name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") ==
-               std::string::npos;
+    int part[3] = {}, port = 0, length = 0;
+    int const found =
+        std::sscanf(address.c_str(), "tcp://127.%3d.%3d.%3d:%5d%n", &part[0], &part[1], &part[2], &port, &length);
+    bool const whole = found == 4 && static_cast<std::size_t>(length) == address.size();
+    return whole && std::all_of(part, part + 3, [](int p) { return p >= 0 && p < 256; }) && port >= 1024 &&
+           port <= 65000;
 }
 
 std::vector<std::string> participant_names(Scene const& scene)
@@ -71,9 +79,10 @@ void read_command(Reader& reader, ParticipantSpec& spec)
     if (!node) return;
     if (node->IsScalar()) spec.command.push_back(node->Scalar());
     if (node->IsSequence())
-        for (auto const& word : *node)
-            if (word.IsScalar()) spec.command.push_back(word.Scalar());
-    if (spec.command.empty()) reader.problem("command", "must be a program, or a list: program and arguments.");
+        for (auto const& word : *node) spec.command.push_back(word.IsScalar() ? word.Scalar() : "");
+    bool const whole = std::none_of(spec.command.begin(), spec.command.end(), [](auto const& w) { return w.empty(); });
+    if (spec.command.empty() || !whole)
+        reader.problem("command", "must be a program, or a list: program and arguments.");
 }
 
 void read_participants(Reader& root, LoadedScene& loaded)
@@ -82,6 +91,8 @@ void read_participants(Reader& root, LoadedScene& loaded)
     for (auto& [name, reader] : root.children("participants")) {
         ParticipantSpec spec{name, {}, {}, {}};
         if (!is_identifier(name)) reader.problem("", "not a name (letters, digits, _ and -; at most 64).");
+        if (std::find(std::begin(reserved), std::end(reserved), name) != std::end(reserved))
+            reader.problem("", "the results have files of this name. Choose another one.");
         read_command(reader, spec);
         if (spec.command.empty()) spec.solver = reader.text("solver");
         if (!spec.solver.empty() && !is_identifier(spec.solver))
@@ -92,7 +103,7 @@ void read_participants(Reader& root, LoadedScene& loaded)
         if (config && !map) reader.problem("config", "must be a mapping of keys.");
         YAML::Node const empty(YAML::NodeType::Map);
         auto const node = map ? *config : empty;
-        loaded.configs.emplace_back(node, node, reader.path() + ".config", loaded.diagnostics, true);
+        loaded.configs.emplace_back(node, reader.key_of("config"), reader.path() + ".config", loaded.diagnostics, true);
         reader.finish();
         scene.participants.push_back(spec);
     }
@@ -161,10 +172,10 @@ void read_rest(Reader& root, Scene& scene)
     if (scene.address == "ipc") scene.address.clear();
     if (!scene.address.empty() && scene.transport == TransportKind::mpi)
         root.problem("address", "has no meaning with transport: mpi. Leave it out.");
-    if (!scene.address.empty() && !scene.address.starts_with("tcp://127."))
+    if (!scene.address.empty() && !is_loopback(scene.address))
         root.problem("address", "= " + scene.address +
-                                    " (must be ipc or tcp://127.0.0.1:PORT: beyond this host frames "
-                                    "would travel unencrypted).");
+                                    " (must be ipc or tcp://127.0.0.1:PORT, PORT from 1024 to 65000; " +
+                                    "beyond this host frames would travel unencrypted).");
     if (auto output = root.child_if("output")) {
         scene.output_interval = output->number_or("interval", 0.0, {.min = 0.0, .unit = "s"});
         scene.series_interval = output->number_or("series", scene.output_interval, {.min = 0.0, .unit = "s"});
@@ -172,8 +183,8 @@ void read_rest(Reader& root, Scene& scene)
         output->finish();
     }
     if (auto timeouts = root.child_if("timeouts")) {
-        scene.connect_timeout = timeouts->number_or("connect", 60.0, {.above = 0.0, .unit = "s"});
-        scene.silence_timeout = timeouts->number_or("silence", 10.0, {.min = 0.5, .unit = "s"});
+        scene.connect_timeout = timeouts->number_or("connect", 60.0, {.above = 0.0, .max = 1e6, .unit = "s"});
+        scene.silence_timeout = timeouts->number_or("silence", 10.0, {.min = 0.5, .max = 1e6, .unit = "s"});
         timeouts->finish();
     }
 }
@@ -194,6 +205,13 @@ std::string read_text(std::filesystem::path const& file)
 }
 
 }  // namespace
+
+bool is_identifier(std::string const& name)
+{
+    return !name.empty() && name.size() <= 64 &&
+           name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") ==
+               std::string::npos;
+}
 
 int Scene::index_of(std::string_view participant) const
 {

@@ -63,9 +63,9 @@ struct Scene
     std::vector<DataSpec> data;  //!< the vocabulary and what the scene declares
     TransportKind transport = TransportKind::zmq;
     std::string address;          //!< tcp://127.0.0.1:PORT, or empty: ipc
-    double output_interval = 0;  //!< s, of pictures and archives; 0: only the first and the last state
-    double series_interval = 0;  //!< s, of rows in the time series; 0: the first and the last
-    int coarsen = 1;             //!< lattice arrays are written averaged over this many cells each way
+    double output_interval = 0;   //!< s, of pictures and archives; 0: only the first and the last state
+    double series_interval = 0;   //!< s, of rows in the time series; 0: the first and the last
+    int coarsen = 1;              //!< lattice arrays are written averaged over this many cells each way
     double connect_timeout = 60;  //!< s
     double silence_timeout = 10;  //!< s without a sign of life from a peer's process
     std::string canonical;        //!< `path = value` lines of all of the above, compared at handshake
@@ -82,6 +82,9 @@ struct LoadedScene
     std::shared_ptr<Diagnostics> diagnostics;
     std::vector<Reader> configs;  //!< one per participant, outermost: `finish()` throws everything found so far
 };
+
+//! Letters, digits, _ and -, at most 64: what may name a participant, and so its files.
+bool is_identifier(std::string const& name);
 
 //! Reads and checks a scene. Throws only when the text is not YAML.
 LoadedScene load_scene(std::filesystem::path const& file, std::vector<std::string> const& overrides);

@@ -1,3 +1,4 @@
+#include <charconv>
 #include <fstream>
 #include <sstream>
 
@@ -28,6 +29,26 @@ void count_nodes(YAML::Node const& node, int depth, int& nodes, std::string cons
         for (auto const& item : node) count_nodes(item, depth + 1, nodes, file);
 }
 
+//! One YAML document, or an empty node for an empty text. Throws YAML::Exception on bad syntax.
+YAML::Node load_one(std::string const& text, std::string const& where)
+{
+    auto documents = YAML::LoadAll(text);
+    require(documents.size() <= 1,
+            [&] { return Error(where + ": " + std::to_string(documents.size()) + " YAML documents (needed: one)."); });
+    return documents.empty() ? YAML::Node() : documents[0];
+}
+
+//! The child of a mapping or list by its key or index; an undefined node if there is none.
+YAML::Node child_of(YAML::Node const& node, std::string const& name)
+{
+    if (node.IsMap()) return node[name];
+    std::size_t index = 0;
+    auto const [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+    bool const number = error == std::errc() && end == name.data() + name.size();
+    if (node.IsSequence() && number && index < node.size()) return node[index];
+    return YAML::Node(YAML::NodeType::Undefined);
+}
+
 //! Sets `path=value` in the tree; a path's parts are keys or list indices. The last key may be new, its parents may
 //! not.
 void apply_override(YAML::Node const& root, std::string const& text)
@@ -35,38 +56,25 @@ void apply_override(YAML::Node const& root, std::string const& text)
     auto const split = text.find('=');
     require(split != std::string::npos && split > 0,
             [&] { return Error("--set " + text + ": no \"=\" (needed: path=value, e.g. time.end=0.1)."); });
-    YAML::Node node = root;
     std::stringstream parts(text.substr(0, split));
     std::vector<std::string> names;
     for (std::string part; std::getline(parts, part, '.');) names.push_back(part);
-    auto fail = [&](std::string const& part) {
-        throw Error("--set " + text + ": \"" + part + "\" is not in the scene. Check the path.");
-    };
+    YAML::Node node = root;
     for (std::size_t i = 0; i < names.size(); ++i) {
         bool const last = i + 1 == names.size();
-        YAML::Node next;
-        if (node.IsSequence()) {
-            std::size_t index = 0;
-            try {
-                index = std::stoul(names[i]);
-            } catch (std::exception const&) {
-                fail(names[i]);
-            }
-            if (index >= node.size()) fail(names[i]);
-            next.reset(node[index]);
-        } else if (node.IsMap()) {
-            if (!last && !node[names[i]]) fail(names[i]);
-            next.reset(node[names[i]]);
-        } else
-            fail(names[i]);
-        if (last) {
-            try {
-                next = YAML::Load(text.substr(split + 1));
-            } catch (YAML::Exception const& e) {
-                throw Error("--set " + text + ": " + e.msg + ".");
-            }
-        }
-        node.reset(next);
+        bool const there = (node.IsMap() || node.IsSequence()) && child_of(node, names[i]).IsDefined();
+        require(there || (last && node.IsMap()),
+                [&] { return Error("--set " + text + ": \"" + names[i] + "\" is not in the scene. Check the path."); });
+        if (!last) node.reset(child_of(node, names[i]));
+    }
+    try {
+        auto const value = load_one(text.substr(split + 1), "--set " + text);
+        if (node.IsSequence())
+            node[std::stoul(names.back())] = value;
+        else
+            node[names.back()] = value;
+    } catch (YAML::Exception const& e) {
+        throw Error("--set " + text + ": " + e.msg + ".");
     }
 }
 
@@ -82,19 +90,38 @@ std::string reader_path(std::string const& change)
     return path;
 }
 
+//! The line (1-based) of the first byte that is not UTF-8; 0: there is none.
+int line_of_foreign_byte(std::string const& text)
+{
+    int line = 1, following = 0;
+    for (unsigned char const c : text) {
+        bool const continues = (c & 0xc0) == 0x80;
+        if (continues != (following > 0)) return line;
+        following = continues            ? following - 1
+                    : c < 0x80           ? 0
+                    : (c & 0xe0) == 0xc0 ? 1
+                    : (c & 0xf0) == 0xe0 ? 2
+                    : (c & 0xf8) == 0xf0 ? 3
+                                         : -1;
+        if (following < 0) return line;
+        line += c == '\n';
+    }
+    return following > 0 ? line : 0;
+}
+
 }  // namespace
 
 Reader read_yaml(std::string const& text, std::string const& file, std::vector<std::string> const& overrides)
 {
     require(text.size() <= largest_text,
             [&] { return Error(file + ": larger than 1 MB (a scene is a few kB). Is it the right file?"); });
+    int const foreign = line_of_foreign_byte(text);
+    require(foreign == 0, [&] {
+        return Error(file + ":" + std::to_string(foreign) + ":1: not UTF-8 in this line. Save the file as UTF-8.");
+    });
     YAML::Node root;
     try {
-        auto documents = YAML::LoadAll(text);
-        require(documents.size() <= 1, [&] {
-            return Error(file + ": " + std::to_string(documents.size()) + " YAML documents (needed: one).");
-        });
-        if (!documents.empty()) root = documents[0];
+        root = load_one(text, file);
     } catch (YAML::Exception const& e) {
         throw Error(file + ":" + std::to_string(e.mark.line + 1) + ":" + std::to_string(e.mark.column + 1) + ": " +
                     e.msg + " (the text is not YAML).");
@@ -108,6 +135,7 @@ Reader read_yaml(std::string const& text, std::string const& file, std::vector<s
     for (auto const& change : overrides) {
         apply_override(root, change);
         diagnostics->overridden.push_back(reader_path(change));
+        count_nodes(root, 0, nodes = 0, file);
     }
     return {root, root, "", diagnostics, true};
 }

@@ -33,6 +33,8 @@ class Transport
     virtual std::optional<Incoming> receive(std::chrono::milliseconds patience) = 0;
     //! Whether the connection to a peer that had one is gone: it ended, or it is silent for too long.
     virtual bool lost(int peer) const = 0;
+    //! Everybody has met: from now on a connection that breaks is lost for good.
+    virtual void settle() {}
     //! Ends this process's part in a way that its peers notice; only after an error.
     virtual void give_up(int /*exit_code*/) {}
 };
@@ -44,9 +46,10 @@ struct Members
     int self = 0;
 };
 
-//! ZeroMQ, one PAIR socket for each peer. `address`: a directory of ours for ipc sockets, or tcp://127.0.0.1:PORT with
-//! one port per pair counted up from PORT. `silence`: how long a peer may be silent before it counts as lost. Throws
-//! Error (exit 5) if a live process has the same name there, (exit 7) if a port or path cannot be bound.
+//! ZeroMQ, one PAIR socket for each peer. `address`: a directory of ours for ipc sockets, or tcp://127.0.0.1:PORT,
+//! where each pair has port PORT + lower index * members + higher index. `silence`: how long a peer may be silent
+//! before it counts as lost. Two processes must not have the same name in one directory: see NameLock. Throws Error
+//! (exit 7) if a port or path cannot be bound.
 std::unique_ptr<Transport> make_zmq_transport(Members const& members, std::string const& address,
                                               std::chrono::milliseconds silence);
 

@@ -1,15 +1,11 @@
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zmq.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
-#include <deque>
-#include <fstream>
 #include <memory>
+#include <set>
 #include <thread>
 
 #include "coupler/base/error.hpp"
@@ -22,7 +18,8 @@ using std::chrono::milliseconds;
 
 constexpr std::int64_t largest_message = std::int64_t{1} << 30;  // bytes; libzmq reserves what a header announces
 constexpr int high_water_mark = 16;                              // messages each way: bounds what a fast sender queues
-constexpr milliseconds slice{50};                                // how often a wait looks whether a peer is lost
+constexpr milliseconds settling{300};
+constexpr milliseconds slice{50};  // how often a wait looks whether a peer is lost
 
 struct CloseSocket
 {
@@ -41,48 +38,19 @@ void set_option(void* socket, int option, int value)
     zmq_setsockopt(socket, option, &value, sizeof value);
 }
 
-//! Holds a name in a directory for the life of the process, against a second participant of that name: binding an ipc
-//! path that a live process has would steal it in silence.
-class NameLock
-{
- public:
-    NameLock(std::filesystem::path const& directory, std::string const& name)
-        : file_(::open((directory / (name + ".lock")).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600))
-    {
-        auto const path = (directory / (name + ".lock")).string();
-        require(file_ >= 0, [&] { return Error(path + ": " + std::strerror(errno) + ".", Exit::io); });
-        if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-            std::string owner;
-            std::ifstream(path) >> owner;
-            ::close(file_);
-            throw Error("participant \"" + name + "\" already runs here (process " + owner +
-                            "). Wait for it, or use another --out directory.",
-                        Exit::protocol);
-        }
-        auto const pid = std::to_string(::getpid()) + "\n";
-        if (::ftruncate(file_, 0) != 0 || ::write(file_, pid.data(), pid.size()) < 0)
-            throw Error(path + ": " + std::strerror(errno) + ".", Exit::io);
-    }
-    NameLock(NameLock const&) = delete;
-    NameLock& operator=(NameLock const&) = delete;
-    ~NameLock() { ::close(file_); }
-
- private:
-    int file_;
-};
-
 //! Watches the connections in a thread of its own: libzmq stops for everybody when its events are not read.
 class ConnectionWatch
 {
  public:
     //! `sockets` outlives the watch.
     ConnectionWatch(void* context, std::vector<Socket> const& sockets)
-        : sockets_(sockets), lost_(sockets.size()), monitors_(sockets.size())
+        : sockets_(sockets), lost_(sockets.size()), open_(sockets.size()), monitors_(sockets.size())
     {
         for (std::size_t p = 0; p < sockets.size(); ++p) {
             if (!sockets[p]) continue;
             auto const name = "inproc://monitor-" + std::to_string(p);
-            zmq_socket_monitor(sockets[p].get(), name.c_str(), ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED);
+            zmq_socket_monitor(sockets[p].get(), name.c_str(),
+                               ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_CONNECTED | ZMQ_EVENT_DISCONNECTED);
             monitors_[p].reset(zmq_socket(context, ZMQ_PAIR));
             set_option(monitors_[p].get(), ZMQ_LINGER, 0);
             zmq_connect(monitors_[p].get(), name.c_str());
@@ -102,6 +70,7 @@ class ConnectionWatch
     }
 
     bool lost(int peer) const { return lost_[static_cast<std::size_t>(peer)].load(); }
+    void settle() { settled_at_ = std::chrono::steady_clock::now().time_since_epoch().count(); }
 
  private:
     void run()
@@ -120,6 +89,14 @@ class ConnectionWatch
         }
     }
 
+    //! Events of the time before may still be on their way for a moment.
+    bool settled() const
+    {
+        using std::chrono::steady_clock;
+        return settled_at_ != 0 &&
+               steady_clock::now() > steady_clock::time_point(steady_clock::duration(settled_at_)) + settling;
+    }
+
     void read_event(void* monitor, std::size_t peer)
     {
         unsigned char event[6] = {};  // event number (16 bits) and value (32 bits); a second part names the endpoint
@@ -128,13 +105,22 @@ class ConnectionWatch
         zmq_recv(monitor, endpoint, sizeof endpoint, ZMQ_DONTWAIT);
         std::uint16_t number = 0;
         std::memcpy(&number, event, sizeof number);
-        lost_[peer] = number == ZMQ_EVENT_DISCONNECTED;  // a new handshake: it is back
+        std::uint32_t descriptor = 0;
+        std::memcpy(&descriptor, event + sizeof number, sizeof descriptor);
+        auto& open = open_[peer];
+        if (number != ZMQ_EVENT_DISCONNECTED) {  // before everybody has met a peer may be started again
+            open.insert(descriptor);
+            if (!settled()) lost_[peer] = false;
+        } else if (open.erase(descriptor) > 0 && open.empty())  // not a stranger's that came and went
+            lost_[peer] = true;
     }
 
     std::vector<Socket> const& sockets_;
     std::vector<std::atomic<bool>> lost_;
+    std::vector<std::set<std::uint32_t>> open_;  //!< per peer: descriptors of its connections; the thread's own
     std::vector<Socket> monitors_;
     std::atomic<bool> stop_ = false;
+    std::atomic<std::chrono::steady_clock::rep> settled_at_ = 0;
     std::thread thread_;
 };
 
@@ -145,7 +131,6 @@ class ZmqTransport final : public Transport
         : context_(zmq_ctx_new()), sockets_(members.names.size())
     {
         bool const tcp = address.starts_with("tcp://");
-        if (!tcp) lock_ = std::make_unique<NameLock>(address, members.names[static_cast<std::size_t>(members.self)]);
         int const count = static_cast<int>(members.names.size());
         for (int peer = 0; peer < count; ++peer)
             if (peer != members.self) sockets_[static_cast<std::size_t>(peer)] = open_socket(silence);
@@ -193,6 +178,8 @@ class ZmqTransport final : public Transport
 
     bool lost(int peer) const override { return watch_->lost(peer); }
 
+    void settle() override { watch_->settle(); }
+
  private:
     Socket open_socket(milliseconds silence)
     {
@@ -239,7 +226,6 @@ class ZmqTransport final : public Transport
     }
 
     Context context_;
-    std::unique_ptr<NameLock> lock_;
     std::vector<Socket> sockets_;
     std::unique_ptr<ConnectionWatch> watch_;  // after the sockets: it ends before they close
     std::size_t turn_ = 0;

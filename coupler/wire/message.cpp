@@ -69,7 +69,8 @@ void require_finite(Frame const& frame, std::size_t column, DataSpec const& spec
 
 }  // namespace
 
-Bytes encode_text(MessageKind kind, std::uint64_t session, std::int64_t window, std::string_view text)
+Bytes encode_text(MessageKind kind, std::uint64_t session, std::int64_t window, std::string_view text,
+                  std::uint32_t edge)
 {
     Bytes message(sizeof(Header) + text.size());
     if (!text.empty()) std::memcpy(message.data() + sizeof(Header), text.data(), text.size());
@@ -77,6 +78,7 @@ Bytes encode_text(MessageKind kind, std::uint64_t session, std::int64_t window, 
     header.kind = kind;
     header.session = session;
     header.frame = window;
+    header.edge = edge;
     seal(message, header);
     return message;
 }

@@ -19,10 +19,11 @@ using Bytes = std::vector<std::byte>;
 
 enum class MessageKind : std::uint16_t
 {
-    hello = 1,  //!< body: text, see Hello in participant.cpp
+    hello = 1,  //!< body: text, see Session::greet()
     frame = 2,  //!< body: ids and columns
     abort = 3,  //!< body: text, why the sender stopped
-    bye = 4     //!< no body: the sender is done and has sent everything
+    bye = 4,    //!< no body: the sender is done and has sent everything
+    credit = 5  //!< no body: the receiver of `edge` has used its frame `frame`
 };
 
 //! 64 bytes, little endian, in front of every message.
@@ -45,7 +46,8 @@ static_assert(sizeof(Header) == 64);
 inline constexpr std::uint32_t ids_bit = 1u << 31;
 
 //! A header and a text body as one message.
-Bytes encode_text(MessageKind kind, std::uint64_t session, std::int64_t window, std::string_view text);
+Bytes encode_text(MessageKind kind, std::uint64_t session, std::int64_t window, std::string_view text,
+                  std::uint32_t edge = 0);
 
 //! The header of a message if its magic, version, length and checksum are right.
 //! Throws Error (exit 5) with the sender's name otherwise; nothing is allocated before.

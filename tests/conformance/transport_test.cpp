@@ -109,18 +109,6 @@ TEST_CASE("zmq: the side that connects may come first, by a second")
     }
 }
 
-TEST_CASE("zmq over ipc: a name that lives here is refused, with its process")
-{
-    in_threads::Scratch scratch;
-    auto const first = sluice::make_zmq_transport(members(0), scratch.path(), milliseconds(2000));
-    try {
-        auto const second = sluice::make_zmq_transport(members(0), scratch.path(), milliseconds(2000));
-        FAIL("not refused");
-    } catch (sluice::Error const& e) {
-        CHECK(std::string(e.what()).find("process " + std::to_string(::getpid())) != std::string::npos);
-    }
-}
-
 TEST_CASE("zmq over tcp: an address without a port is refused")
 {
     for (auto const address : {"tcp://127.0.0.1", "tcp://127.0.0.1:", "tcp://127.0.0.1:99999", "tcp://127.0.0.1:x"})

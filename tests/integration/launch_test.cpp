@@ -118,6 +118,8 @@ TEST_CASE("launch: a participant that dies ends the run within 2 s, named with i
         {"crash", "participant \"right\" was ended by signal 6", 3},
         {"exit", "participant \"right\" ended with exit code 9", 3},
         {"throw", "participant \"right\" stopped in window 300 of 1000 (t = 0.3 s): toy: thrown", 6},
+        {"vanish", "participant \"right\" ended with exit code", 3},
+        {"leave", "participant \"right\" left its loop over the windows before their end", 70},
         {"nan", "place.place of id 1 is not finite in frame 301", 6}};
     for (auto const transport : {"zmq", "mpi"})
         for (Death const& death : deaths) {
@@ -237,6 +239,53 @@ TEST_CASE("launch: no participant outlives a launcher that is killed")
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         CHECK(c.leftovers() == 0);
     }
+}
+
+TEST_CASE("launch: a second participant of a name is refused and the first one is unharmed")
+{
+    Case c(scene(", nap: 0.001", ""));
+    shell::Background first(c.command(), c.log());
+    REQUIRE(c.pid_in_window("left", 5) > 0);
+    auto const second = shell::run(c.by_hand("left"), c.scratch.path() / "second");
+    CHECK(second.exit == 5);
+    CHECK(says(second, "participant \"left\" already runs in " + c.out()));
+    auto check = c.by_hand("left");
+    check.push_back("--check");
+    CHECK(shell::run(check, c.scratch.path() / "check").exit == 0);
+    CHECK(first.wait(60).exit == 0);
+}
+
+TEST_CASE("launch: a process that is no participant is not taken for one that did its work")
+{
+    Case c("sluice: 1\ntime: {end: 1, window: 0.1}\nparticipants: {a: {command: /bin/true}}\n");
+    auto const result = c.run();
+    CHECK(result.exit == 3);
+    CHECK(says(result, "participant \"a\" ended with exit code 0 before its first window"));
+}
+
+TEST_CASE("check: a name that is a path starts nothing and writes nothing")
+{
+    in_threads::Scratch victim;
+    auto const precious = victim.path() / "precious";
+    std::ofstream(precious) << "kept";
+    Case c("sluice: 1\ntime: {end: 1, window: 0.1}\nparticipants:\n  " + precious.string() + ": {command: " + toy +
+           "}\n");
+    auto const result = shell::run({sluice_command, "check", c.file()}, c.log());
+    CHECK(result.exit == 2);
+    CHECK(says(result, ":4:3: participants." + precious.string() + ": not a name"));
+    CHECK(shell::slurp(precious) == "kept");
+    CHECK(shell::run({toy, c.file(), "--as", precious, "--out", c.out()}, c.log()).exit == 2);
+    CHECK(std::distance(std::filesystem::directory_iterator(victim.path()), {}) == 1);
+}
+
+TEST_CASE("check: a line of 400 kB and text that is not UTF-8 are mistakes like others")
+{
+    Case c("sluice: 1\ntime: {end: " + std::string(400'000, 'x') + "}\nparticipants: {a: {command: " + toy + "}}\n");
+    CHECK(shell::run({sluice_command, "check", c.file()}, c.log()).exit == 2);
+    Case latin(scene("", "", "title: \"\xe9\"\n"));
+    auto const result = latin.run();
+    CHECK(result.exit == 2);
+    CHECK(says(result, latin.file() + ":4:1: not UTF-8"));
 }
 
 TEST_CASE("launch: a second run in the same directory is refused, the first one is unharmed")
