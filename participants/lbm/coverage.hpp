@@ -21,8 +21,8 @@ struct Disc
 
 constexpr std::ptrdiff_t strip_lanes = 4;  //!< cells that loops over a strip take at a time
 
-//! The cells of one row that one body covers. The fractions may be read up to a multiple of strip_lanes; what lies there
-//! is 0, unless the strip ends with the row.
+//! The cells of one row that one body covers. The fractions may be read up to a multiple of strip_lanes; what lies
+//! there is 0, unless the strip ends with the row.
 struct Strip
 {
     std::ptrdiff_t body;   //!< index of the disc; obstacle: the number of discs

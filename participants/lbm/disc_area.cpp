@@ -7,7 +7,7 @@
 namespace lbm {
 namespace {
 
-constexpr double series_radius = 4;         //!< from here on a series gives the segments to rounding
+constexpr double series_radius = 4;           //!< from here on a series gives the segments to rounding
 constexpr std::ptrdiff_t long_interior = 16;  //!< cells; wholly covered cells beyond that are filled, not computed
 constexpr std::ptrdiff_t lanes = 4;
 
@@ -30,7 +30,10 @@ struct Band
     Band(double from, double to, double radius)
         : low(from), high(to), wide(half_chord(radius, from)), narrow(half_chord(radius, to))
     {}
-    static double half_chord(double radius, double at) { return std::sqrt(std::max(0.0, (radius - at) * (radius + at))); }
+    static double half_chord(double radius, double at)
+    {
+        return std::sqrt(std::max(0.0, (radius - at) * (radius + at)));
+    }
 };
 
 //! Adds the area of the disc in the band, for the columns [begin, end).

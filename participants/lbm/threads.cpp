@@ -5,7 +5,7 @@
 namespace lbm {
 namespace {
 
-constexpr int short_spin = 1000;   //!< pauses, about 20 us
+constexpr int short_spin = 1000;  //!< pauses, about 20 us
 constexpr int long_spin = 6000;   //!< about 120 us
 
 }  // namespace

@@ -9,8 +9,8 @@
 namespace lbm {
 
 //! A fixed team of threads that share loops. Idle threads spin for some microseconds, then sleep: other participants
-//! of the run need the cores. While someone holds them awake they spin longer (0.1 ms). What a loop body writes must depend on its index alone; then the number of threads
-//! cannot change a result.
+//! of the run need the cores. While someone holds them awake they spin longer (0.1 ms). What a loop body writes must
+//! depend on its index alone; then the number of threads cannot change a result.
 class Team
 {
  public:
@@ -26,8 +26,8 @@ class Team
     //! throw.
     void share(std::ptrdiff_t count, std::ptrdiff_t chunk, Body const& body);
 
-    //! While it lives, loops follow each other closely: a thread that waits for the next one does not go to sleep, which
-    //! would cost a wake-up (50 us) each. To be held through one step, never while waiting for somebody else.
+    //! While it lives, loops follow each other closely: a thread that waits for the next one does not go to sleep,
+    //! which would cost a wake-up (50 us) each. To be held through one step, never while waiting for somebody else.
     class Awake
     {
      public:
