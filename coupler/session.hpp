@@ -13,6 +13,11 @@ namespace sluice {
 
 using Clock = std::chrono::steady_clock;
 
+inline std::chrono::milliseconds in_milliseconds(double s)
+{
+    return std::chrono::milliseconds(static_cast<std::int64_t>(s * 1000));
+}
+
 //! What a participant said about itself at the handshake.
 struct Greeting
 {

@@ -39,7 +39,8 @@ def as_png(figure, dots_per_inch=120):
     """The figure as a PNG of 256 colours, dithered: a third of the bytes, and no difference that can be seen. A picture
     that is still too large for the page gets fewer dots."""
     while True:
-        data = _reduced(_saved(figure, close=False, format="png", dpi=dots_per_inch))
+        data = _reduced(_saved(figure, close=False, format="png", dpi=dots_per_inch,
+                               bbox_inches="tight", pad_inches=0.08))
         if len(data) <= MAX_BYTES or dots_per_inch < 60:
             pyplot.close(figure)
             return data
