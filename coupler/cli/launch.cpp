@@ -24,7 +24,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds tick{20};
 constexpr milliseconds grace{700};         // for the others to say why they stop, after the first has ended
-constexpr milliseconds mpirun_time{1300};  // mpirun notices a dead process, and says so, in about 1.1 s
+constexpr milliseconds mpirun_time{1600};  // mpirun notices a dead process, and says how it ended, in about 1.1 s
 constexpr milliseconds before_kill{1200};  // after the first has ended: SIGTERM has had 0.5 s
 
 std::atomic<int> asked_to_stop{0};
@@ -252,11 +252,11 @@ int end_all(Crew& crew, Clock::time_point first_failure)
     while (!crew.all_ended()) {
         if (root < 0 && !asked) root = root_cause(crew);  // later, our own signals end them
         auto const since = Clock::now() - first_failure;
-        if (!asked && since > grace) {
+        if (!asked && since > (crew.mpi ? mpirun_time : grace)) {
             asked = true;
             crew.signal_all(SIGTERM);
         }
-        if (!killed && since > before_kill) {
+        if (!killed && since > (crew.mpi ? mpirun_time + tick : before_kill)) {
             killed = true;
             crew.signal_all(SIGKILL);
         }
@@ -272,7 +272,7 @@ RunEnding interrupted(Crew& crew)
     for (std::size_t p = 0; p < crew.pages.size(); ++p)
         where += (p ? ", \"" : "\"") + crew.scene.participants[p].name + "\" " + place(crew.pages[p]);
     crew.signal_all(SIGTERM);
-    end_all(crew, Clock::now() - grace);
+    end_all(crew, Clock::now() - before_kill + grace);
     return {static_cast<int>(Exit::interrupted), fmt::format("stopped by {}: {}.", ::strsignal(number), where), 0};
 }
 
