@@ -23,8 +23,9 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds tick{20};
-constexpr milliseconds grace{700};         // for the others to say why they stop, after the first has ended
-constexpr milliseconds mpirun_time{1600};  // mpirun notices a dead process, and says how it ended, in about 1.1 s
+constexpr milliseconds grace{700};  // for the others to say why they stop, after the first has ended
+constexpr milliseconds mpirun_time{
+    1600};  // mpirun notices a dead process, and says how it ended, in 0.4 s on an idle machine
 constexpr milliseconds before_kill{1200};  // after the first has ended: SIGTERM has had 0.5 s
 
 std::atomic<int> asked_to_stop{0};
@@ -89,6 +90,7 @@ struct Crew
     std::vector<MappedStatus> pages;  //!< one per participant
     bool mpi;
     Clock::time_point started = Clock::now();
+    int who = -1;                                //!< which participant under mpirun was gone first
     std::optional<Clock::time_point> gone = {};  //!< when a participant under mpirun was first found gone
 
     bool all_ended()
@@ -101,25 +103,27 @@ struct Crew
     //! A process ended badly or before its participant was done, or a participant says that it failed.
     bool one_failed()
     {
+        bool const mpirun_lost_one = mpi && first_gone();
         for (std::size_t p = 0; p < processes.size(); ++p)
             if (auto const ending = processes[p].poll(); ending && (!ending->well() || (!mpi && !is_done(p))))
                 return true;
         for (auto const& page : pages)
             if (page && page->phase == Phase::failed) return true;
-        if (mpi && first_gone() && Clock::now() - *gone > mpirun_time) return true;
+        if (mpirun_lost_one && Clock::now() - *gone > mpirun_time) return true;
         return mpi && all_ended() && !all_done();
     }
     //! mpirun: a participant's process is gone though it was not done, or never came. mpirun ends the others and says
     //! how it ended; only if it does not within its time is it our turn.
     bool first_gone()
     {
+        if (gone) return true;
         bool const late = Clock::now() - started > std::chrono::duration<double>(scene.connect_timeout);
-        bool now_gone = false;
-        for (std::size_t p = 0; p < pages.size(); ++p)
-            now_gone =
-                now_gone || (pages[p] ? !is_done(p) && pages[p]->pid > 0 && ::kill(pages[p]->pid, 0) != 0 : late);
-        if (now_gone && !gone) gone = Clock::now();
-        return now_gone;
+        for (std::size_t p = 0; p < pages.size() && !gone; ++p)
+            if (pages[p] ? !is_done(p) && pages[p]->pid > 0 && ::kill(pages[p]->pid, 0) != 0 : late) {
+                gone = Clock::now();
+                who = static_cast<int>(p);
+            }
+        return gone.has_value();
     }
     bool all_done() const
     {
@@ -166,9 +170,12 @@ Crew start(Scene const& scene, std::filesystem::path const& directory)
                          Exit::io);
         });
         crew.logs.push_back((directory / "mpirun.log").string());
-        crew.processes.emplace_back(mpi_command(scene, directory), crew.logs.back(),
-                                    std::vector<std::pair<std::string, std::string>>{
-                                        {"OMPI_MCA_mpi_yield_when_idle", "1"}, {parent_death, "1"}});
+        crew.processes.emplace_back(
+            mpi_command(scene, directory), crew.logs.back(),
+            std::vector<std::pair<std::string, std::string>>{
+                {"OMPI_MCA_mpi_yield_when_idle", "1"},
+                {"OMPI_MCA_odls_base_sigkill_timeout", "0"},  // else it sleeps 1 s over its dead
+                {parent_death, "1"}});
         return crew;
     }
     for (auto const& spec : scene.participants) {
@@ -199,6 +206,7 @@ Ending ending_in(std::filesystem::path const& mpirun_log)
     auto const text = read_file(mpirun_log);
     std::smatch m;
     if (std::regex_search(text, m, std::regex("exited on signal (\\d+)"))) return {0, std::stoi(m[1])};
+    if (std::regex_search(text, m, std::regex("Signal: [^\n]*\\((\\d+)\\)"))) return {0, std::stoi(m[1])};
     if (std::regex_search(text, m, std::regex("Exit code: *(\\d+)"))) return {std::stoi(m[1]), 0};
     return {1, 0};
 }
@@ -209,12 +217,10 @@ int root_cause(Crew& crew)
     for (std::size_t p = 0; p < crew.pages.size(); ++p)
         if (crew.pages[p] && crew.pages[p]->phase == Phase::failed && !crew.pages[p]->consequence)
             return static_cast<int>(p);
-    for (std::size_t p = 0; p < crew.pages.size(); ++p) {
-        bool const ended =
-            crew.mpi ? crew.pages[p] && ::kill(crew.pages[p]->pid, 0) != 0 : crew.processes[p].poll().has_value();
-        bool const done =
-            crew.pages[p] && (crew.pages[p]->phase == Phase::done || crew.pages[p]->phase == Phase::failed);
-        if (ended && !done) return static_cast<int>(p);
+    if (crew.mpi) return crew.first_gone() ? crew.who : -1;
+    for (std::size_t p = 0; p < crew.processes.size(); ++p) {
+        bool const told = crew.pages[p] && (crew.is_done(p) || crew.pages[p]->phase == Phase::failed);
+        if (crew.processes[p].poll() && !told) return static_cast<int>(p);
     }
     return -1;
 }
