@@ -46,7 +46,7 @@ std::string tcp_address()  // a base port of this process's own, so that tests c
     return "tcp://127.0.0.1:" + std::to_string(20'000 + ::getpid() % 20'000);
 }
 
-Make zmq(std::string const& address, milliseconds silence = milliseconds(2000))
+Make zmq(std::string const& address, milliseconds silence = milliseconds(10'000))
 {
     return [=](int self) { return sluice::make_zmq_transport(members(self), address, silence); };
 }
