@@ -52,6 +52,17 @@ void refuse_other(Participant::Session& session, bool outgoing, std::vector<std:
     }
 }
 
+//! The names at the far end of the edges that carry `data` and have this participant at the near end.
+std::vector<std::string> partners(Participant::Session const& session, std::string_view data, int Edge::*near,
+                                  int Edge::*far)
+{
+    std::vector<std::string> names;
+    for (Edge const& edge : session.scene.edges)
+        if (edge.*near == session.self && session.scene.data[static_cast<std::size_t>(edge.data)].name == data)
+            names.push_back(session.scene.participants[static_cast<std::size_t>(edge.*far)].name);
+    return names;
+}
+
 }  // namespace
 
 void Participant::sends(std::vector<std::string> const& data)
@@ -117,20 +128,12 @@ Samples Participant::read(std::string_view from, std::string_view data, Window c
 
 std::vector<std::string> Participant::receivers(std::string_view data) const
 {
-    std::vector<std::string> names;
-    for (auto const& channel : session_->out)
-        if (scene().data[static_cast<std::size_t>(channel.edge.data)].name == data)
-            names.push_back(scene().participants[static_cast<std::size_t>(channel.edge.to)].name);
-    return names;
+    return partners(*session_, data, &Edge::from, &Edge::to);
 }
 
 std::vector<std::string> Participant::senders(std::string_view data) const
 {
-    std::vector<std::string> names;
-    for (auto const& channel : session_->in)
-        if (scene().data[static_cast<std::size_t>(channel.edge.data)].name == data)
-            names.push_back(scene().participants[static_cast<std::size_t>(channel.edge.from)].name);
-    return names;
+    return partners(*session_, data, &Edge::to, &Edge::from);
 }
 
 Windows Participant::windows()
