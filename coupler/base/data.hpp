@@ -32,6 +32,7 @@ struct DataSpec
 {
     std::string name;
     std::vector<ColumnSpec> columns;
+    bool meshless = false;  //!< one point without a place: a number, a signal
     bool operator==(DataSpec const&) const = default;
 };
 
@@ -43,8 +44,13 @@ inline std::vector<DataSpec> const& vocabulary()
          {{"position", Shape::vector, "m"},
           {"velocity", Shape::vector, "m/s"},
           {"angular_velocity", Shape::spin, "rad/s"},
-          {"radius", Shape::scalar, "m"}}},
-        {"load", {{"force", Shape::vector, "N"}, {"torque", Shape::spin, "N m"}}},
+          {"radius", Shape::scalar, "m"}},
+         false},
+        {"load", {{"force", Shape::vector, "N"}, {"torque", Shape::spin, "N m"}}, false},
+        {"phase",
+         {{"position", Shape::vector, "m"}, {"velocity", Shape::vector, "m/s"}, {"solid_volume", Shape::scalar, "m3"}},
+         false},
+        {"body_force", {{"force", Shape::vector, "N"}}, false},
     };
     return data;
 }

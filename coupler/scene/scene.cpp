@@ -89,7 +89,7 @@ void read_participants(Reader& root, LoadedScene& loaded)
 {
     Scene& scene = loaded.scene;
     for (auto& [name, reader] : root.children("participants")) {
-        ParticipantSpec spec{name, {}, {}, {}};
+        ParticipantSpec spec{.name = name, .solver = {}, .command = {}, .host = {}, .place = {}};
         if (!is_identifier(name)) reader.problem("", "not a name (letters, digits, _ and -; at most 64).");
         if (std::find(std::begin(reserved), std::end(reserved), name) != std::end(reserved))
             reader.problem("", "the results have files of this name. Choose another one.");
@@ -166,8 +166,7 @@ void read_rest(Reader& root, Scene& scene)
         root.choice_or("frame", 0, {"inertial"});
     else if (root.has("frame"))
         root.problem("frame", "must be inertial: no solver here runs in a rotating frame.");
-    auto const transport = root.choice_or("transport", 0, {"auto", "zmq", "mpi"});
-    scene.transport = transport == 2 ? TransportKind::mpi : TransportKind::zmq;
+    scene.transport = static_cast<TransportKind>(root.choice_or("transport", 0, {"auto", "shm", "zmq", "mpi"}));
     scene.address = root.text_or("address", "ipc");
     if (scene.address == "ipc") scene.address.clear();
     if (!scene.address.empty() && scene.transport == TransportKind::mpi)

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,13 @@ enum class Sampling
     linear  //!< a straight line from the window's begin to its end
 };
 
+//! An axis-parallel box; the third coordinate is not looked at in 2D. Points on its faces are inside.
+struct Box
+{
+    std::array<double, 3> min{}, max{};  //!< m
+    bool operator==(Box const&) const = default;
+};
+
 //! Data that flows from one participant to another, once a window.
 struct Edge
 {
@@ -30,8 +38,9 @@ struct Edge
     int lag = 0;      //!< 0: the receiver waits for this window's result; 1: it uses the last one's
     int predict = 0;  //!< order of the extrapolation over the lag: 0, 1 or 2
     Sampling sample = Sampling::linear;
-    Problem place;     //!< where its `data` stands in the scene
-    std::string path;  //!< "couplings[0].data"
+    std::optional<Box> region;  //!< only points inside travel
+    Problem place;              //!< where its `data` stands in the scene
+    std::string path;           //!< "couplings[0].data"
 };
 
 struct ParticipantSpec
@@ -39,11 +48,47 @@ struct ParticipantSpec
     std::string name;
     std::string solver;                //!< an executable beside `sluice` or on PATH; empty if `command` is given
     std::vector<std::string> command;  //!< program and arguments; the scene and `--as NAME` are appended
+    std::string host;                  //!< address where it listens; empty: this host
+    int ranks = 1;                     //!< processes it consists of
     Problem place;                     //!< where its solver or command stands in the scene
+};
+
+//! Participants that repeat each window until what they exchange converges.
+struct ImplicitGroup
+{
+    enum class Method
+    {
+        constant,  //!< constant under-relaxation
+        aitken,    //!< dynamic under-relaxation
+        iqn_ils    //!< interface quasi-Newton, inverse from least squares
+    };
+    std::vector<int> participants;  //!< indices into Scene::participants
+    Method method = Method::iqn_ils;
+    double relaxation = 0.5;  //!< of the first iteration, or of all (constant)
+    int history = 8;          //!< windows whose differences IQN-ILS reuses
+    int max_iterations = 50;
+    double tolerance = 1e-6;                   //!< relative: |x_new - x_old| <= tolerance |x_new|, 2-norm over a column
+    std::map<std::string, double> tolerances;  //!< "data" or "data.column" with a tolerance of its own
+};
+
+struct CheckpointPlan
+{
+    double interval = 600;     //!< s of wall time between two; 0: none by time
+    std::int64_t windows = 0;  //!< every so many windows; 0: none by count
+    int keep = 2;              //!< generations
+};
+
+enum class OnViolation
+{
+    warn,
+    stop,
+    off
 };
 
 enum class TransportKind
 {
+    automatic,  //!< mpi under mpirun, zmq where a participant has a host or an address is given, else shm
+    shm,
     zmq,
     mpi
 };
@@ -61,8 +106,19 @@ struct Scene
     std::vector<ParticipantSpec> participants;
     std::vector<Edge> edges;
     std::vector<DataSpec> data;  //!< the vocabulary and what the scene declares
-    TransportKind transport = TransportKind::zmq;
-    std::string address;          //!< tcp://127.0.0.1:PORT, or empty: ipc
+    int pace = 0;  //!< index of the participant whose word on window lengths, the end and checkpoints counts
+    std::vector<ImplicitGroup> implicit;
+    CheckpointPlan checkpoint;
+    bool restart_on_death = false;   //!< on-death: restart
+    double ledger_tolerance = 1e-9;  //!< relative
+    OnViolation on_violation = OnViolation::warn;
+    TransportKind transport = TransportKind::automatic;
+    std::string address;         //!< tcp://127.0.0.1:PORT, or empty: ipc or shared memory
+    int port = 0;                //!< first tcp port, when participants have hosts; else 0
+    std::filesystem::path keys;  //!< directory of CURVE keys; empty: none
+    bool insecure = false;       //!< security: insecure
+    std::vector<std::string>
+        remote;                   //!< command that starts a program on another host: followed by HOST and the program
     double output_interval = 0;   //!< s, of pictures and archives; 0: only the first and the last state
     double series_interval = 0;   //!< s, of rows in the time series; 0: the first and the last
     int coarsen = 1;              //!< lattice arrays are written averaged over this many cells each way
