@@ -1,119 +1,28 @@
 #include "coupler/scene/reader.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <numeric>
+#include <map>
 
-#include "coupler/base/error.hpp"
+#include "coupler/scene/words.hpp"
 
 namespace sluice {
+
+using words::is_nowhere;
+using words::seen;
+
 namespace {
 
-std::string shown(double x)
-{
-    char text[32];
-    auto const end = std::to_chars(text, text + sizeof text, x).ptr;
-    return {text, end};
-}
+constexpr std::size_t most_problems = 1000;  // of one document; nobody reads on
 
-//! The whole of `text` as a decimal number; YAML's octal "012" and words such as "1e-5x" are not numbers here.
-std::optional<double> to_number(std::string const& text)
+//! No control characters: a scene must not speak to the terminal.
+std::string printable(std::string text)
 {
-    char const* first = text.data();
-    char const* const last = first + text.size();
-    if (first != last && *first == '+') ++first;
-    double value = 0;
-    auto const [end, error] = std::from_chars(first, last, value);
-    if (error != std::errc() || end != last || first == last) return std::nullopt;
-    return value;
-}
-
-std::string described(Bounds const& b)
-{
-    std::string text = "a finite number";
-    auto add = [&, first = true](double bound, char const* sign) mutable {
-        if (!std::isfinite(bound)) return;
-        text = (first ? "" : text + " and ") + (first ? "must be " : "") + sign + shown(bound);
-        first = false;
-    };
-    add(b.above, "> ");
-    add(b.min, ">= ");
-    add(b.max, "<= ");
-    add(b.below, "< ");
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < 32 || c == 127) c = ' ';
     return text;
-}
-
-std::string quoted_list(std::vector<std::string_view> const& words)
-{
-    std::string text;
-    for (auto word : words) text += (text.empty() ? "" : ", ") + std::string(word);
-    return text;
-}
-
-std::string scalar_or_kind(YAML::Node const& node)
-{
-    if (node.IsScalar()) return node.Scalar();
-    return node.IsMap() ? "a mapping" : node.IsSequence() ? "a list" : "nothing";
-}
-
-//! A node that is not in the file: a missing one.
-bool is_nowhere(YAML::Mark const& mark)
-{
-    return mark.is_null() || mark.line < 0;
 }
 
 }  // namespace
-
-void Diagnostics::throw_if_any() const
-{
-    if (problems.empty()) return;
-    auto sorted = problems;
-    std::stable_sort(sorted.begin(), sorted.end(), [](Problem const& a, Problem const& b) {
-        return std::pair(a.line, a.column) < std::pair(b.line, b.column);
-    });
-    std::string text;
-    auto place = [&](Problem const& p) {
-        for (std::string const& path : overridden)
-            if (p.text.starts_with(path) &&
-                (p.text.size() == path.size() ||
-                 std::string_view(" .:[").find(p.text[path.size()]) != std::string_view::npos))
-                return file + ": --set";
-        return file + ":" + std::to_string(p.line) + ":" + std::to_string(p.column);
-    };
-    auto const same = [&](Problem const& a, Problem const& b) { return a.text == b.text && place(a) == place(b); };
-    sorted.erase(std::unique(sorted.begin(), sorted.end(), same), sorted.end());
-    for (Problem const& p : sorted) text += (text.empty() ? "" : "\n") + place(p) + ": " + p.text;
-    throw Error(text, Exit::config);
-}
-
-std::optional<std::string> nearest(std::string_view word, std::vector<std::string> const& candidates)
-{
-    auto distance = [](std::string_view a, std::string_view b) {  // Damerau-Levenshtein, adjacent swaps count 1
-        std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-        for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-        std::iota(d[0].begin(), d[0].end(), std::size_t{0});
-        for (std::size_t i = 1; i <= a.size(); ++i)
-            for (std::size_t j = 1; j <= b.size(); ++j) {
-                d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
-                if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-                    d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-            }
-        return d[a.size()][b.size()];
-    };
-    std::optional<std::string> best;
-    std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2);  // farther is no typo
-    if (word.size() <= 3) best_distance = 1;
-    for (auto const& candidate : candidates) {
-        bool const prefix = word.size() >= 3 && candidate.starts_with(word);
-        auto const d = prefix ? std::size_t{1} : distance(word, candidate);
-        if (d < best_distance || (d == best_distance && !best)) {
-            best = candidate;
-            best_distance = d;
-        }
-    }
-    return best;
-}
 
 Reader::Reader(YAML::Node node, YAML::Node key, std::string path, std::shared_ptr<Diagnostics> diagnostics,
                bool outermost)
@@ -173,10 +82,22 @@ std::vector<std::string> Reader::keys() const
     return names;
 }
 
+//! Where a value stands; for a block mapping or list the parser only knows its first item, so it is where the key is.
+YAML::Mark Reader::value_mark(std::string_view key, YAML::Node const& value) const
+{
+    bool const block = !value.IsScalar() && value.Style() != YAML::EmitterStyle::Flow;
+    return block || is_nowhere(value.Mark()) ? key_node(key).Mark() : value.Mark();
+}
+
+Problem Reader::at(YAML::Mark const& mark) const
+{
+    if (is_nowhere(mark)) return {};
+    return {mark.line + 1, diagnostics_->column(mark.line + 1, mark.column), ""};
+}
+
 Problem Reader::place(std::string_view key) const
 {
-    auto const mark = key_node(key).Mark();
-    return is_nowhere(mark) ? Problem{} : Problem{mark.line + 1, mark.column + 1, ""};
+    return at(key_node(key).Mark());
 }
 
 std::optional<YAML::Node> Reader::subtree(std::string_view key)
@@ -186,8 +107,9 @@ std::optional<YAML::Node> Reader::subtree(std::string_view key)
 
 void Reader::record(YAML::Mark const& mark, std::string const& text)
 {
-    bool const placed = !is_nowhere(mark);
-    Problem const problem{placed ? mark.line + 1 : 1, placed ? mark.column + 1 : 1, text};
+    if (diagnostics_->problems.size() >= most_problems) return;
+    auto problem = at(mark);
+    problem.text = printable(text);
     for (Problem const& p : diagnostics_->problems)
         if (p.line == problem.line && p.column == problem.column && p.text == problem.text) return;
     diagnostics_->problems.push_back(problem);
@@ -217,189 +139,11 @@ void Reader::problem(std::string_view key, std::string const& text)
         record(key_node(key).Mark(), path_of(key) + ": " + text);
 }
 
-template <class T>
-T Reader::note(std::string_view key, T value)
-{
-    std::string text;
-    if constexpr (std::is_same_v<T, bool>)
-        text = value ? "true" : "false";
-    else if constexpr (std::is_same_v<T, std::string>)
-        text = value;
-    else if constexpr (std::is_same_v<T, std::vector<double>>) {
-        for (double x : value) text += (text.empty() ? "[" : ", ") + shown(x);
-        text += "]";
-    } else
-        text = shown(static_cast<double>(value));
-    diagnostics_->effective.emplace_back(path_of(key), text);
-    return value;
-}
-
-std::optional<double> Reader::parse_number(std::string_view key, YAML::Node const& node, std::string const& path,
-                                           Bounds const& b)
-{
-    std::string const unit = b.unit.empty() ? "" : " " + std::string(b.unit);
-    auto const mark = is_nowhere(node.Mark()) ? key_node(key).Mark() : node.Mark();
-    auto const value = node.IsScalar() ? to_number(node.Scalar()) : std::nullopt;
-    if (!value || !std::isfinite(*value)) {
-        record(mark, path + " = " + scalar_or_kind(node) + " is not a number (" + described(b) +
-                         (unit.empty() ? "" : ", in" + unit) + ").");
-        return std::nullopt;
-    }
-    if (!(*value > b.above && *value >= b.min && *value <= b.max && *value < b.below)) {
-        record(mark, path + " = " + node.Scalar() + unit + " (" + described(b) + ").");
-        return std::nullopt;
-    }
-    return value;
-}
-
-std::optional<double> Reader::scalar_number(std::string_view key, Bounds const& b, bool must, bool whole)
+void Reader::refuse(std::string_view key, std::string const& text)
 {
     auto const node = find(key);
-    if (!node) {
-        std::string const unit = b.unit.empty() ? "" : ", in " + std::string(b.unit);
-        if (must) missing(key, (whole ? "a whole number, " : "") + described(b) + unit);
-        return std::nullopt;
-    }
-    auto const value = parse_number(key, *node, path_of(key), b);
-    if (value && whole && (*value != std::floor(*value) || std::abs(*value) > 9.0e15)) {
-        record(node->Mark(), path_of(key) + " = " + node->Scalar() + " (must be a whole number).");
-        return std::nullopt;
-    }
-    return value;
-}
-
-double Reader::number(std::string_view key, Bounds const& b)
-{
-    auto const value = scalar_number(key, b, true, false);
-    double const harmless = std::isfinite(b.min) ? b.min : std::isfinite(b.above) ? b.above + 1.0 : 1.0;
-    return value ? note(key, *value) : harmless;
-}
-
-double Reader::number_or(std::string_view key, double fallback, Bounds const& b)
-{
-    return note(key, scalar_number(key, b, false, false).value_or(fallback));
-}
-
-std::optional<double> Reader::number_if(std::string_view key, Bounds const& b)
-{
-    auto const value = scalar_number(key, b, false, false);
-    if (value) note(key, *value);
-    return value;
-}
-
-std::int64_t Reader::integer(std::string_view key, Bounds const& b)
-{
-    auto const value = scalar_number(key, b, true, true);
-    return static_cast<std::int64_t>(value ? note(key, *value) : std::isfinite(b.min) ? b.min : 1.0);
-}
-
-std::int64_t Reader::integer_or(std::string_view key, std::int64_t fallback, Bounds const& b)
-{
-    auto const value = scalar_number(key, b, false, true);
-    return static_cast<std::int64_t>(note(key, value.value_or(static_cast<double>(fallback))));
-}
-
-bool Reader::flag_or(std::string_view key, bool fallback)
-{
-    auto const node = find(key);
-    if (!node) return note(key, fallback);
-    auto const text = scalar_or_kind(*node);
-    if (text != "true" && text != "false") {
-        record(node->Mark(), path_of(key) + " = " + text + " (must be true or false).");
-        return fallback;
-    }
-    return note(key, text == "true");
-}
-
-std::string Reader::text(std::string_view key)
-{
-    auto const node = find(key);
-    if (!node) {
-        missing(key, "a text");
-        return {};
-    }
-    if (!node->IsScalar() || node->Scalar().empty()) {
-        record(node->Mark(), path_of(key) + " = " + scalar_or_kind(*node) + " (must be a text).");
-        return {};
-    }
-    return note(key, node->Scalar());
-}
-
-std::string Reader::text_or(std::string_view key, std::string_view fallback)
-{
-    return has(key) ? text(key) : (asked_.emplace(key), note(key, std::string(fallback)));
-}
-
-std::optional<std::size_t> Reader::find_choice(std::string_view key, std::vector<std::string_view> const& choices,
-                                               bool must)
-{
-    auto const node = find(key);
-    if (!node) {
-        if (must) missing(key, "one of: " + quoted_list(choices));
-        return std::nullopt;
-    }
-    auto const word = scalar_or_kind(*node);
-    for (std::size_t i = 0; i < choices.size(); ++i)
-        if (node->IsScalar() && word == choices[i]) {
-            note(key, word);
-            return i;
-        }
-    auto const near = nearest(word, {choices.begin(), choices.end()});
-    auto const mark = is_nowhere(node->Mark()) ? key_node(key).Mark() : node->Mark();
-    record(mark, path_of(key) + " = " + word + " (must be one of: " + quoted_list(choices) + ")." +
-                     (near ? " Did you mean " + *near + "?" : ""));
-    return std::nullopt;
-}
-
-std::size_t Reader::choice(std::string_view key, std::vector<std::string_view> const& choices)
-{
-    return find_choice(key, choices, true).value_or(0);
-}
-
-std::size_t Reader::choice_or(std::string_view key, std::size_t fallback, std::vector<std::string_view> const& choices)
-{
-    bool const given = has(key);
-    auto const found = find_choice(key, choices, false);
-    if (!given) note(key, std::string(choices.at(fallback)));
-    return found.value_or(fallback);
-}
-
-std::optional<std::vector<double>> Reader::find_numbers(std::string_view key, std::size_t size, Bounds const& b,
-                                                        bool must)
-{
-    auto const node = find(key);
-    std::string const needed =
-        "a list of " + std::to_string(size) + " numbers" + (b.unit.empty() ? "" : ", in " + std::string(b.unit));
-    if (!node) {
-        if (must) missing(key, needed);
-        return std::nullopt;
-    }
-    if (!node->IsSequence() || node->size() != size) {
-        auto const seen = node->IsSequence() ? "a list of " + std::to_string(node->size()) : scalar_or_kind(*node);
-        auto const mark = node->IsSequence() || is_nowhere(node->Mark()) ? key_node(key).Mark() : node->Mark();
-        record(mark, path_of(key) + " is " + seen + " (must be " + needed + ").");
-        return std::nullopt;
-    }
-    std::vector<double> values;
-    for (std::size_t i = 0; i < size; ++i) {
-        auto const value = parse_number(key, (*node)[i], path_of(key) + "[" + std::to_string(i) + "]", b);
-        if (value) values.push_back(*value);
-    }
-    if (values.size() != size) return std::nullopt;
-    return note(key, values);
-}
-
-std::vector<double> Reader::numbers(std::string_view key, std::size_t size, Bounds const& b)
-{
-    return find_numbers(key, size, b, true).value_or(std::vector<double>(size, 1.0));
-}
-
-std::vector<double> Reader::numbers_or(std::string_view key, std::vector<double> const& fallback, Bounds const& b)
-{
-    bool const given = has(key);
-    auto const found = find_numbers(key, fallback.size(), b, false);
-    if (!given) note(key, fallback);
-    return found.value_or(fallback);
+    if (!node) return problem(key, text);
+    record(value_mark(key, *node), path_of(key) + " = " + seen(*node) + " " + text);
 }
 
 Reader Reader::child(std::string_view key)
@@ -407,7 +151,18 @@ Reader Reader::child(std::string_view key)
     auto found = child_if(key);
     if (found) return *found;
     if (!has(key)) missing(key, "a mapping of keys");
+    return nothing_at(key);
+}
+
+Reader Reader::nothing_at(std::string_view key) const
+{
     return {YAML::Node(YAML::NodeType::Map), key_node(key), path_of(key), std::make_shared<Diagnostics>(), false};
+}
+
+Reader Reader::child_or_empty(std::string_view key)
+{
+    if (auto found = child_if(key)) return *found;
+    return {YAML::Node(YAML::NodeType::Map), key_node(key), path_of(key), diagnostics_, false};
 }
 
 std::optional<Reader> Reader::child_if(std::string_view key)
@@ -415,7 +170,7 @@ std::optional<Reader> Reader::child_if(std::string_view key)
     auto const node = find(key);
     if (!node) return std::nullopt;
     if (!node->IsMap()) {
-        record(key_node(key).Mark(), path_of(key) + " is " + scalar_or_kind(*node) + " (must be a mapping of keys).");
+        refuse(key, "(must be a mapping of keys).");
         return std::nullopt;
     }
     return Reader(*node, key_node(key), path_of(key), diagnostics_, false);
@@ -427,7 +182,7 @@ std::vector<Reader> Reader::list(std::string_view key)
     auto const node = find(key);
     if (!node) return readers;
     if (!node->IsSequence()) {
-        record(key_node(key).Mark(), path_of(key) + " is " + scalar_or_kind(*node) + " (must be a list of mappings).");
+        refuse(key, "(must be a list of mappings).");
         return readers;
     }
     for (std::size_t i = 0; i < node->size(); ++i) {
@@ -436,7 +191,7 @@ std::vector<Reader> Reader::list(std::string_view key)
         if (item.IsMap())
             readers.emplace_back(item, item, path, diagnostics_, false);
         else
-            record(item.Mark(), path + " is " + scalar_or_kind(item) + " (must be a mapping of keys).");
+            record(item.Mark(), path + " = " + seen(item) + " (must be a mapping of keys).");
     }
     return readers;
 }
@@ -452,7 +207,8 @@ std::vector<std::pair<std::string, Reader>> Reader::children(std::string_view ke
     for (auto const& name : parent->keys()) {
         bool const seen = std::any_of(found.begin(), found.end(), [&](auto const& f) { return f.first == name; });
         if (seen) continue;  // given twice: already a problem
-        if (auto reader = parent->child_if(name)) found.emplace_back(name, *reader);
+        auto reader = parent->child_if(name);
+        found.emplace_back(name, reader ? *reader : parent->nothing_at(name));  // the name is there, others speak of it
     }
     return found;
 }
@@ -465,15 +221,16 @@ void Reader::finish()
 
 void Reader::finish_collecting()
 {
-    for (auto const& name : keys()) {
-        if (asked_.contains(name)) continue;
-        std::vector<std::string> const known(asked_.begin(), asked_.end());
-        std::string list;
-        for (auto const& k : known)
-            if (!k.empty()) list += (list.empty() ? "" : ", ") + k;
-        auto const near = nearest(name, known);
-        record(key_node(name).Mark(),
-               path_of(name) + " is not a key (keys: " + list + ")." + (near ? " Did you mean " + *near + "?" : ""));
+    if (!node_.IsMap()) return;
+    std::vector<std::string> known;
+    for (auto const& key : asked_)
+        if (!key.empty()) known.push_back(key);
+    for (auto const& entry : node_) {
+        if (!entry.first.IsScalar() || asked_.contains(entry.first.Scalar())) continue;
+        if (diagnostics_->problems.size() >= most_problems) return;
+        auto const name = entry.first.Scalar();
+        record(entry.first.Mark(),
+               path_of(name) + " is not a key (keys: " + list_of(known) + ")." + did_you_mean(name, known));
     }
 }
 

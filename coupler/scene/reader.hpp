@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -15,27 +14,9 @@
 #include <utility>
 #include <vector>
 
+#include "coupler/scene/diagnostics.hpp"
+
 namespace sluice {
-
-//! One mistake in a scene: where (1-based) and what.
-struct Problem
-{
-    int line = 1;
-    int column = 1;
-    std::string text;  //!< `path = seen (needed). What to try.`
-};
-
-//! Collects what a scene's readers found; shared by all readers of one document.
-struct Diagnostics
-{
-    std::string file;
-    std::vector<Problem> problems;
-    std::vector<std::string> overridden;  //!< paths given by --set: their mistakes have no place in the file
-    std::vector<std::pair<std::string, std::string>> effective;  //!< path, value: everything read, defaults filled in
-
-    //! Throws one Error (exit 2) listing every problem as `file:line:column: text`, by line; nothing if there is none.
-    void throw_if_any() const;
-};
 
 //! Bounds on a number; a message names the one that was broken.
 struct Bounds
@@ -60,21 +41,37 @@ class Reader
     std::optional<double> number_if(std::string_view key, Bounds const& bounds = {});
     std::int64_t integer(std::string_view key, Bounds const& bounds = {});
     std::int64_t integer_or(std::string_view key, std::int64_t fallback, Bounds const& bounds = {});
+    //! A number, or nothing where the key is absent or says `word`, e.g. auto.
+    std::optional<double> number_unless(std::string_view key, std::string_view word, Bounds const& bounds = {});
     bool flag_or(std::string_view key, bool fallback);  //!< true or false
     std::string text(std::string_view key);
     std::string text_or(std::string_view key, std::string_view fallback);
+    std::string text_if(std::string_view key);  //!< absent: empty
     //! One of `choices`, returned as its index. A wrong word gets the nearest choice.
     std::size_t choice(std::string_view key, std::vector<std::string_view> const& choices);
     std::size_t choice_or(std::string_view key, std::size_t fallback, std::vector<std::string_view> const& choices);
+    std::vector<std::string> words(std::string_view key);  //!< a text, or a list of them; absent: empty
+    //! A name out of `known`, which the scene itself defines, as its index; `kind` says of what, e.g. "participant".
+    std::optional<std::size_t> name_of(std::string_view key, std::string_view kind,
+                                       std::vector<std::string> const& known);
+    std::optional<std::size_t> name_of_if(std::string_view key, std::string_view kind,
+                                          std::vector<std::string> const& known);
+    //! A list of at least `least` different ones.
+    std::vector<std::size_t> names_of(std::string_view key, std::string_view kind,
+                                      std::vector<std::string> const& known, std::size_t least);
     //! A list of `size` numbers, e.g. [0, -9.81].
     std::vector<double> numbers(std::string_view key, std::size_t size, Bounds const& bounds = {});
     std::vector<double> numbers_or(std::string_view key, std::vector<double> const& fallback,
                                    Bounds const& bounds = {});
 
-    Reader child(std::string_view key);                                          //!< a mapping that must be there
-    std::optional<Reader> child_if(std::string_view key);                        //!< a mapping that may be there
-    std::vector<Reader> list(std::string_view key);                              //!< a list of mappings; absent: empty
+    Reader child(std::string_view key);                    //!< a mapping that must be there
+    Reader child_or_empty(std::string_view key);           //!< a mapping; one without keys if it is absent
+    std::optional<Reader> child_if(std::string_view key);  //!< a mapping that may be there
+    std::vector<Reader> list(std::string_view key);        //!< a list of mappings; absent: empty
     std::vector<std::pair<std::string, Reader>> children(std::string_view key);  //!< name -> mapping, in file order
+
+    //! This mapping as names with a number each.
+    std::vector<std::pair<std::string, double>> number_map(Bounds const& bounds);
 
     bool has(std::string_view key) const;
     bool is_scalar(std::string_view key) const;  //!< present and a single word or number, not a mapping or list
@@ -86,6 +83,8 @@ class Reader
 
     //! Records a mistake at `key` (or at this mapping if the key is absent): `path.key: text`.
     void problem(std::string_view key, std::string const& text);
+    //! Records that the value of `key` will not do, at the value: `path.key = value text`.
+    void refuse(std::string_view key, std::string const& text);
     //! Unknown keys become problems, with the nearest known name. The outermost reader then throws if there is any.
     void finish();
     void finish_collecting();  //!< the same without the throw
@@ -94,6 +93,9 @@ class Reader
  private:
     std::optional<YAML::Node> find(std::string_view key);
     YAML::Node key_node(std::string_view key) const;
+    Reader nothing_at(std::string_view key) const;  //!< an empty mapping whose mistakes nobody hears of
+    YAML::Mark value_mark(std::string_view key, YAML::Node const& value) const;
+    Problem at(YAML::Mark const& mark) const;
     std::string path_of(std::string_view key) const;
     void record(YAML::Mark const& mark, std::string const& text);
     void missing(std::string_view key, std::string_view needed);
@@ -102,6 +104,8 @@ class Reader
     std::optional<double> scalar_number(std::string_view key, Bounds const& bounds, bool must, bool whole);
     std::optional<std::size_t> find_choice(std::string_view key, std::vector<std::string_view> const& choices,
                                            bool must);
+    std::optional<std::size_t> find_name(std::string_view key, std::string const& path, YAML::Node const& node,
+                                         std::string_view kind, std::vector<std::string> const& known);
     std::optional<std::vector<double>> find_numbers(std::string_view key, std::size_t size, Bounds const& bounds,
                                                     bool must);
     template <class T>
@@ -114,9 +118,6 @@ class Reader
     bool outermost_;
     std::set<std::string, std::less<>> asked_;
 };
-
-//! The candidate nearest to `word` by edit distance, if it is near enough to be a typo of it.
-std::optional<std::string> nearest(std::string_view word, std::vector<std::string> const& candidates);
 
 //! Parses a YAML text (at most 1 MB, 32 levels, 100 000 nodes, one document) and applies `path=value` overrides.
 //! Returns the outermost reader. Throws Error (exit 2) with file:line:column on a syntax error or a broken limit.

@@ -3,11 +3,10 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <sstream>
 
-#include "coupler/base/error.hpp"
+#include "coupler/scene/parts.hpp"
 
 namespace sluice {
 namespace {
@@ -15,34 +14,26 @@ namespace {
 //! Names of files that a run's directory has for itself.
 constexpr std::string_view reserved[] = {"archive", "series", "summary", "scene", "trace", "report", "mpirun"};
 
-//! tcp://127.A.B.C:PORT, with numbers only: a name could lead anywhere.
-bool is_loopback(std::string const& address)
+//! The first participant that waits for nobody in its own window.
+int default_pace(Scene const& scene)
 {
-    int part[3] = {}, port = 0, length = 0;
-    int const found =
-        std::sscanf(address.c_str(), "tcp://127.%3d.%3d.%3d:%5d%n", &part[0], &part[1], &part[2], &port, &length);
-    bool const whole = found == 4 && static_cast<std::size_t>(length) == address.size();
-    return whole && std::all_of(part, part + 3, [](int p) { return p >= 0 && p < 256; }) && port >= 1024 &&
-           port <= 65000;
+    for (std::size_t p = 0; p < scene.participants.size(); ++p)
+        if (std::none_of(scene.edges.begin(), scene.edges.end(),
+                         [&](Edge const& e) { return e.to == static_cast<int>(p) && e.lag == 0; }))
+            return static_cast<int>(p);
+    return 0;
 }
 
-std::vector<std::string> participant_names(Scene const& scene)
-{
-    std::vector<std::string> names;
-    for (auto const& p : scene.participants) names.push_back(p.name);
-    return names;
-}
-
+//! After the couplings: who paces a scene depends on them.
 void read_time(Reader& root, Scene& scene)
 {
     auto time = root.child("time");
     scene.end = time.number("end", {.above = 0.0, .unit = "s"});
-    if (time.is_scalar("window") && time.subtree("window")->Scalar() == "auto")
-        ;  // the solvers choose
-    else
-        scene.window = time.number_if("window", {.above = 0.0, .unit = "s"});
-    if (scene.window && *scene.window > scene.end)
-        time.problem("window", "longer than the whole run (must be <= time.end).");
+    scene.window = time.number_unless("window", "auto", {.above = 0.0, .unit = "s"});
+    if (scene.window && time.has("end") && *scene.window > scene.end)
+        time.refuse("window", "is longer than the whole run (must be <= time.end).");
+    auto const pace = time.name_of_if("pace", "participant", scene.participant_names());
+    scene.pace = pace ? static_cast<int>(*pace) : default_pace(scene);
     time.finish();
 }
 
@@ -58,12 +49,14 @@ void read_data(Reader& root, Scene& scene)
     scene.data = vocabulary();
     if (!root.has("data")) return;
     for (auto& [name, reader] : root.children("data")) {
-        DataSpec spec{name, {}};
+        DataSpec spec{name, {}, reader.flag_or("meshless", false)};
         for (auto const& known : vocabulary())
             if (known.name == name) reader.problem("", "is built in (choose another name).");
         for (auto& [column, c] : reader.children("columns")) {
             auto const shape = c.choice_or("shape", 0, {"scalar", "vector", "spin"});
             spec.columns.push_back({column, static_cast<Shape>(shape), c.text("unit")});
+            if (spec.meshless && column == "position")
+                c.problem("", "meshless data have no place in space. Leave the column out, or meshless.");
             c.finish();
         }
         if (spec.columns.empty()) reader.problem("columns", "no column (at least one).");
@@ -73,34 +66,27 @@ void read_data(Reader& root, Scene& scene)
     }
 }
 
-void read_command(Reader& reader, ParticipantSpec& spec)
-{
-    auto const node = reader.subtree("command");
-    if (!node) return;
-    if (node->IsScalar()) spec.command.push_back(node->Scalar());
-    if (node->IsSequence())
-        for (auto const& word : *node) spec.command.push_back(word.IsScalar() ? word.Scalar() : "");
-    bool const whole = std::none_of(spec.command.begin(), spec.command.end(), [](auto const& w) { return w.empty(); });
-    if (spec.command.empty() || !whole)
-        reader.problem("command", "must be a program, or a list: program and arguments.");
-}
-
 void read_participants(Reader& root, LoadedScene& loaded)
 {
     Scene& scene = loaded.scene;
     for (auto& [name, reader] : root.children("participants")) {
-        ParticipantSpec spec{.name = name, .solver = {}, .command = {}, .host = {}, .place = {}};
+        ParticipantSpec spec;
+        spec.name = name;
         if (!is_identifier(name)) reader.problem("", "not a name (letters, digits, _ and -; at most 64).");
         if (std::find(std::begin(reserved), std::end(reserved), name) != std::end(reserved))
             reader.problem("", "the results have files of this name. Choose another one.");
-        read_command(reader, spec);
-        if (spec.command.empty()) spec.solver = reader.text("solver");
+        spec.command = reader.words("command");
+        if (reader.has("command") && reader.has("solver")) reader.problem("command", "stands beside solver. Keep one.");
+        spec.solver = reader.has("command") ? reader.text_if("solver") : reader.text("solver");
+        if (!spec.command.empty()) spec.solver.clear();
         if (!spec.solver.empty() && !is_identifier(spec.solver))
-            reader.problem("solver", "not the name of an executable (letters, digits, _ and -).");
+            reader.refuse("solver", "is not the name of an executable (letters, digits, _ and -).");
+        spec.host = read_host(reader);
+        spec.ranks = static_cast<int>(reader.integer_or("ranks", 1, {.min = 1, .max = 256}));
         spec.place = reader.place(spec.command.empty() ? "solver" : "command");
         auto const config = reader.subtree("config");
         bool const map = config && config->IsMap();
-        if (config && !map) reader.problem("config", "must be a mapping of keys.");
+        if (config && !map) reader.refuse("config", "(must be a mapping of keys).");
         YAML::Node const empty(YAML::NodeType::Map);
         auto const node = map ? *config : empty;
         loaded.configs.emplace_back(node, reader.key_of("config"), reader.path() + ".config", loaded.diagnostics, true);
@@ -109,40 +95,56 @@ void read_participants(Reader& root, LoadedScene& loaded)
     }
     if (root.has("participants") && scene.participants.empty())
         root.problem("participants", "nobody takes part (at least one).");
+    if (scene.participants.size() > 256)
+        root.problem("participants", std::to_string(scene.participants.size()) + " of them (at most 256).");
 }
 
-int find_participant(Reader& edge, std::string_view key, Scene const& scene)
+std::optional<Box> read_region(Reader& edge, Scene const& scene, DataSpec const* data)
 {
-    auto const name = edge.text(key);
-    int const index = scene.index_of(name);
-    if (index < 0 && !name.empty()) {
-        auto const near = nearest(name, participant_names(scene));
-        edge.problem(key, "no participant \"" + name + "\"." + (near ? " Did you mean " + *near + "?" : ""));
+    auto reader = edge.child_if("region");
+    if (!reader) return std::nullopt;
+    Box box;
+    auto const d = static_cast<std::size_t>(scene.dimension);
+    auto const mistakes = reader->diagnostics()->problems.size();
+    auto const min = reader->numbers("min", d, {.unit = "m"}), max = reader->numbers("max", d, {.unit = "m"});
+    bool const readable = reader->diagnostics()->problems.size() == mistakes;
+    for (std::size_t axis = 0; axis < d && readable; ++axis) {
+        if (!(min[axis] < max[axis]))
+            reader->problem("max", std::string(1, "xyz"[axis]) + " is not above that of min (an empty region).");
+        box.min[axis] = min[axis];
+        box.max[axis] = max[axis];
     }
-    return index;
+    reader->finish();
+    bool const placed = data && std::any_of(data->columns.begin(), data->columns.end(), [](ColumnSpec const& c) {
+                            return c.name == "position" && c.shape == Shape::vector;
+                        });
+    if (data && !placed)
+        edge.problem("region", data->name + " has no column position of shape vector: its points are nowhere.");
+    return box;
 }
 
 void read_edge(Reader& reader, Scene& scene)
 {
     Edge edge;
-    edge.from = find_participant(reader, "from", scene);
-    edge.to = find_participant(reader, "to", scene);
-    std::vector<std::string_view> names;
-    for (auto const& d : scene.data) names.push_back(d.name);
-    edge.data = static_cast<int>(reader.choice("data", names));
+    auto const names = scene.participant_names();
+    auto const from = reader.name_of("from", "participant", names), to = reader.name_of("to", "participant", names);
+    auto const data = reader.name_of("data", "data", scene.data_names());
     auto const mistakes = reader.diagnostics()->problems.size();
     edge.lag = static_cast<int>(reader.integer_or("lag", 0, {.min = 0, .max = 1}));
     bool const lag_known = reader.diagnostics()->problems.size() == mistakes;
-    bool const predicts = reader.has("predict");
     edge.predict = static_cast<int>(reader.choice_or("predict", 0, {"none", "linear", "quadratic"}));
     edge.sample = static_cast<Sampling>(reader.choice_or("sample", 1, {"hold", "linear"}));
-    if (predicts && edge.predict > 0 && edge.lag == 0 && lag_known)
-        reader.problem("predict", "without a lag there is nothing to predict (needs lag: 1).");
-    if (edge.from >= 0 && edge.from == edge.to) reader.problem("to", "the same participant as \"from\".");
+    if (edge.predict > 0 && edge.lag == 0 && lag_known)
+        reader.refuse("predict", "has nothing to predict without a lag (needs lag: 1).");
+    if (from && from == to) reader.refuse("to", "is the same participant as \"from\".");
+    edge.region = read_region(reader, scene, data ? &scene.data[*data] : nullptr);
     reader.finish();
     edge.place = reader.place("data");
     edge.path = reader.path() + ".data";
-    if (edge.from < 0 || edge.to < 0) return;
+    if (!from || !to || !data || from == to) return;
+    edge.from = static_cast<int>(*from);
+    edge.to = static_cast<int>(*to);
+    edge.data = static_cast<int>(*data);
     for (Edge const& other : scene.edges)
         if (other.from == edge.from && other.to == edge.to && other.data == edge.data)
             reader.problem("data", "this coupling stands here twice. Keep one.");
@@ -160,32 +162,35 @@ void read_couplings(Reader& root, Scene& scene)
                                   " (give one of them lag: 1).");
 }
 
+void read_checkpoint(Reader& root, Scene& scene)
+{
+    auto checkpoint = root.child_or_empty("checkpoint");
+    scene.checkpoint.interval = checkpoint.number_or("interval", 600.0, {.min = 0.0, .unit = "s"});
+    scene.checkpoint.windows = checkpoint.integer_or("windows", 0, {.min = 0});
+    scene.checkpoint.keep = static_cast<int>(checkpoint.integer_or("keep", 2, {.min = 1, .max = 1000}));
+    checkpoint.finish();
+    scene.restart_on_death = root.choice_or("on-death", 0, {"stop", "restart"}) == 1;
+    if (scene.restart_on_death && scene.checkpoint.interval == 0 && scene.checkpoint.windows == 0)
+        root.problem("on-death", "restart without checkpoints (needs checkpoint.interval or checkpoint.windows > 0).");
+}
+
 void read_rest(Reader& root, Scene& scene)
 {
-    if (root.is_scalar("frame"))
-        root.choice_or("frame", 0, {"inertial"});
-    else if (root.has("frame"))
-        root.problem("frame", "must be inertial: no solver here runs in a rotating frame.");
-    scene.transport = static_cast<TransportKind>(root.choice_or("transport", 0, {"auto", "shm", "zmq", "mpi"}));
-    scene.address = root.text_or("address", "ipc");
-    if (scene.address == "ipc") scene.address.clear();
-    if (!scene.address.empty() && scene.transport == TransportKind::mpi)
-        root.problem("address", "has no meaning with transport: mpi. Leave it out.");
-    if (!scene.address.empty() && !is_loopback(scene.address))
-        root.problem("address", "= " + scene.address +
-                                    " (must be ipc or tcp://127.0.0.1:PORT, PORT from 1024 to 65000; " +
-                                    "beyond this host frames would travel unencrypted).");
-    if (auto output = root.child_if("output")) {
-        scene.output_interval = output->number_or("interval", 0.0, {.min = 0.0, .unit = "s"});
-        scene.series_interval = output->number_or("series", scene.output_interval, {.min = 0.0, .unit = "s"});
-        scene.coarsen = static_cast<int>(output->integer_or("coarsen", 1, {.min = 1, .max = 64}));
-        output->finish();
-    }
-    if (auto timeouts = root.child_if("timeouts")) {
-        scene.connect_timeout = timeouts->number_or("connect", 60.0, {.above = 0.0, .max = 1e6, .unit = "s"});
-        scene.silence_timeout = timeouts->number_or("silence", 10.0, {.min = 0.5, .max = 1e6, .unit = "s"});
-        timeouts->finish();
-    }
+    root.choice_or("frame", 0, {"inertial"});  // no solver here runs in a rotating one
+    read_checkpoint(root, scene);
+    auto ledger = root.child_or_empty("ledger");
+    scene.ledger_tolerance = ledger.number_or("tolerance", 1e-9, {.above = 0.0, .max = 1.0});
+    scene.on_violation = static_cast<OnViolation>(ledger.choice_or("on-violation", 0, {"warn", "stop", "off"}));
+    ledger.finish();
+    auto output = root.child_or_empty("output");
+    scene.output_interval = output.number_or("interval", 0.0, {.min = 0.0, .unit = "s"});
+    scene.series_interval = output.number_or("series", scene.output_interval, {.min = 0.0, .unit = "s"});
+    scene.coarsen = static_cast<int>(output.integer_or("coarsen", 1, {.min = 1, .max = 64}));
+    output.finish();
+    auto timeouts = root.child_or_empty("timeouts");
+    scene.connect_timeout = timeouts.number_or("connect", 60.0, {.above = 0.0, .max = 1e6, .unit = "s"});
+    scene.silence_timeout = timeouts.number_or("silence", 10.0, {.min = 0.5, .max = 1e6, .unit = "s"});
+    timeouts.finish();
 }
 
 void seal(LoadedScene& loaded)
@@ -210,6 +215,20 @@ bool is_identifier(std::string const& name)
     return !name.empty() && name.size() <= 64 &&
            name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") ==
                std::string::npos;
+}
+
+std::vector<std::string> Scene::participant_names() const
+{
+    std::vector<std::string> names;
+    for (auto const& p : participants) names.push_back(p.name);
+    return names;
+}
+
+std::vector<std::string> Scene::data_names() const
+{
+    std::vector<std::string> names;
+    for (auto const& d : data) names.push_back(d.name);
+    return names;
 }
 
 int Scene::index_of(std::string_view participant) const
@@ -260,10 +279,12 @@ LoadedScene load_scene(std::filesystem::path const& file, std::vector<std::strin
     scene.title = root.text_or("title", file.stem().string());
     scene.dimension = static_cast<int>(root.integer_or("dimension", 2, {.min = 2, .max = 3}));
     read_gravity(root, scene);
-    read_time(root, scene);
     read_data(root, scene);
     read_participants(root, loaded);
     read_couplings(root, scene);
+    read_time(root, scene);
+    read_implicit(root, scene);
+    read_network(root, scene);
     read_rest(root, scene);
     root.finish_collecting();
     seal(loaded);

@@ -129,6 +129,8 @@ struct Scene
     std::vector<std::string> overrides;
 
     int index_of(std::string_view participant) const;  //!< -1: none of that name
+    std::vector<std::string> participant_names() const;
+    std::vector<std::string> data_names() const;
 };
 
 //! A scene with the readers of its solvers' blocks; mistakes are collected in `diagnostics` and not yet thrown.

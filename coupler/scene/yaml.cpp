@@ -1,5 +1,6 @@
 #include <charconv>
 #include <fstream>
+#include <span>
 #include <sstream>
 
 #include "coupler/base/error.hpp"
@@ -12,21 +13,27 @@ constexpr std::size_t largest_text = 1u << 20;  // bytes; yaml-cpp looks keys up
 constexpr int deepest = 32;
 constexpr int most_nodes = 100'000;
 
-//! Counts what a recursive reader would visit: an alias bomb expands here and is stopped, not in the readers.
-void count_nodes(YAML::Node const& node, int depth, int& nodes, std::string const& file)
+std::string place_of(YAML::Mark const& mark, Diagnostics const& where)
 {
-    auto const place = file + ":" + std::to_string(node.Mark().line + 1) + ":" + std::to_string(node.Mark().column + 1);
+    return where.file + ":" + std::to_string(mark.line + 1) + ":" +
+           std::to_string(where.column(mark.line + 1, mark.column));
+}
+
+//! Counts what a recursive reader would visit: an alias bomb expands here and is stopped, not in the readers.
+void count_nodes(YAML::Node const& node, int depth, int& nodes, Diagnostics const& where)
+{
+    auto const place = [&] { return place_of(node.Mark(), where); };
     require(depth <= deepest, [&] {
-        return Error(place + ": nested deeper than " + std::to_string(deepest) + " levels. Flatten the scene.");
+        return Error(place() + ": nested deeper than " + std::to_string(deepest) + " levels. Flatten the scene.");
     });
     require(++nodes <= most_nodes, [&] {
-        return Error(place + ": more than " + std::to_string(most_nodes) +
+        return Error(place() + ": more than " + std::to_string(most_nodes) +
                      " nodes, aliases expanded. Shorten the scene.");
     });
     if (node.IsMap())
-        for (auto const& entry : node) count_nodes(entry.second, depth + 1, nodes, file);
+        for (auto const& entry : node) count_nodes(entry.second, depth + 1, nodes, where);
     else if (node.IsSequence())
-        for (auto const& item : node) count_nodes(item, depth + 1, nodes, file);
+        for (auto const& item : node) count_nodes(item, depth + 1, nodes, where);
 }
 
 //! One YAML document, or an empty node for an empty text. Throws YAML::Exception on bad syntax.
@@ -49,9 +56,53 @@ YAML::Node child_of(YAML::Node const& node, std::string const& name)
     return YAML::Node(YAML::NodeType::Undefined);
 }
 
+//! The tree with another value at a path that is there, or with one more key at its end. What lies on the path is made
+//! anew, with the same other children: what an alias of it shows does not change.
+YAML::Node with_value(YAML::Node const& node, std::span<std::string const> path, YAML::Node const& value)
+{
+    if (path.empty()) return value;
+    YAML::Node copy(node.Type());
+    copy.SetStyle(node.Style());
+    bool placed = false;
+    std::size_t index = 0;
+    if (node.IsSequence())
+        for (auto const& item : node)
+            copy.push_back(std::to_string(index++) == path[0] ? with_value(item, path.subspan(1), value)
+                                                              : YAML::Node(item));
+    else
+        for (auto const& entry : node) {
+            bool const here = !placed && entry.first.IsScalar() && entry.first.Scalar() == path[0];
+            placed = placed || here;
+            copy.force_insert(entry.first, here ? with_value(entry.second, path.subspan(1), value) : entry.second);
+        }
+    if (node.IsMap() && !placed) copy.force_insert(path[0], value);
+    return copy;
+}
+
+//! Makes sure that all of a path but its last key is in the scene.
+void require_path(YAML::Node const& root, std::vector<std::string> const& names, std::string const& text)
+{
+    YAML::Node node = root;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        auto const child = node.IsMap() || node.IsSequence() ? child_of(node, names[i]) : YAML::Node();
+        bool const there = (node.IsMap() || node.IsSequence()) && child.IsDefined();
+        bool const last = i + 1 == names.size();
+        require(there || (last && node.IsMap()), [&] {
+            std::vector<std::string> known;
+            if (node.IsMap())
+                for (auto const& entry : node)
+                    if (entry.first.IsScalar()) known.push_back(entry.first.Scalar());
+            auto const hint = did_you_mean(names[i], known);
+            return Error("--set " + text + ": \"" + names[i] + "\" is not in the scene." +
+                         (hint.empty() ? " Check the path." : hint));
+        });
+        if (!last) node.reset(child);
+    }
+}
+
 //! Sets `path=value` in the tree; a path's parts are keys or list indices. The last key may be new, its parents may
-//! not.
-void apply_override(YAML::Node const& root, std::string const& text)
+//! not. The nodes on the path forget where they stood in the text if there are aliases, so only then are they copied.
+void apply_override(YAML::Node& root, std::string const& text, bool aliases)
 {
     auto const split = text.find('=');
     require(split != std::string::npos && split > 0,
@@ -59,16 +110,15 @@ void apply_override(YAML::Node const& root, std::string const& text)
     std::stringstream parts(text.substr(0, split));
     std::vector<std::string> names;
     for (std::string part; std::getline(parts, part, '.');) names.push_back(part);
-    YAML::Node node = root;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        bool const last = i + 1 == names.size();
-        bool const there = (node.IsMap() || node.IsSequence()) && child_of(node, names[i]).IsDefined();
-        require(there || (last && node.IsMap()),
-                [&] { return Error("--set " + text + ": \"" + names[i] + "\" is not in the scene. Check the path."); });
-        if (!last) node.reset(child_of(node, names[i]));
-    }
+    require_path(root, names, text);
     try {
         auto const value = load_one(text.substr(split + 1), "--set " + text);
+        if (aliases) {
+            root.reset(with_value(root, names, value));
+            return;
+        }
+        YAML::Node node = root;
+        for (std::size_t i = 0; i + 1 < names.size(); ++i) node.reset(child_of(node, names[i]));
         if (node.IsSequence())
             node[std::stoul(names.back())] = value;
         else
@@ -119,23 +169,22 @@ Reader read_yaml(std::string const& text, std::string const& file, std::vector<s
     require(foreign == 0, [&] {
         return Error(file + ":" + std::to_string(foreign) + ":1: not UTF-8 in this line. Save the file as UTF-8.");
     });
+    auto diagnostics = std::make_shared<Diagnostics>();
+    diagnostics->read(file, text);
     YAML::Node root;
     try {
         root = load_one(text, file);
     } catch (YAML::Exception const& e) {
-        throw Error(file + ":" + std::to_string(e.mark.line + 1) + ":" + std::to_string(e.mark.column + 1) + ": " +
-                    e.msg + " (the text is not YAML).");
+        throw Error(place_of(e.mark, *diagnostics) + ": " + e.msg + " (the text is not YAML).");
     }
     int nodes = 0;
-    count_nodes(root, 0, nodes, file);
+    count_nodes(root, 0, nodes, *diagnostics);
     require(root.IsMap(),
             [&] { return Error(file + ":1:1: not a mapping of keys (a scene starts with \"sluice: 1\")."); });
-    auto diagnostics = std::make_shared<Diagnostics>();
-    diagnostics->file = file;
     for (auto const& change : overrides) {
-        apply_override(root, change);
+        apply_override(root, change, text.find('*') != std::string::npos);
         diagnostics->overridden.push_back(reader_path(change));
-        count_nodes(root, 0, nodes = 0, file);
+        count_nodes(root, 0, nodes = 0, *diagnostics);
     }
     return {root, root, "", diagnostics, true};
 }

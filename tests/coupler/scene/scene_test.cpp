@@ -5,57 +5,10 @@
 #include <fstream>
 
 #include "coupler/base/error.hpp"
-#include "tests/support/run_in_threads.hpp"
+#include "tests/coupler/scene/mistakes.hpp"
 
 using namespace sluice;
-
-namespace {
-
-//! All mistakes of a scene text as `line:column: text` lines, file name removed; empty if there are none.
-std::string mistakes(std::string const& text, std::vector<std::string> const& overrides = {})
-{
-    in_threads::Scratch scratch;
-    auto const file = scratch.path() / "s.yaml";
-    std::ofstream(file) << text;
-    try {
-        load_scene(file, overrides).diagnostics->throw_if_any();
-    } catch (Error const& e) {
-        CHECK(e.exit() == Exit::config);
-        std::string all = e.what();
-        for (auto at = all.find(file.string() + ":"); at != std::string::npos; at = all.find(file.string() + ":"))
-            all.erase(at, file.string().size() + 1);
-        return all;
-    }
-    return {};
-}
-
-std::string const good = R"(sluice: 1
-time: {end: 1.0, window: auto}
-gravity: [0, -9.81]
-participants:
-  grains: {solver: dem}
-  water: {solver: lbm}
-couplings:
-  - {from: grains, to: water, data: kinematics}
-  - {from: water, to: grains, data: load, lag: 1}
-)";
-
-std::string with(std::string const& from, std::string const& to)
-{
-    auto text = good;
-    auto const at = text.find(from);
-    REQUIRE(at != std::string::npos);
-    return text.replace(at, from.size(), to);
-}
-
-bool has(std::string const& text, std::string const& part)
-{
-    bool const found = text.find(part) != std::string::npos;
-    if (!found) MESSAGE("not in: " << text);
-    return found;
-}
-
-}  // namespace
+using namespace scene_text;
 
 TEST_CASE("scene: a good one has no mistakes and reads as written")
 {
@@ -95,25 +48,27 @@ TEST_CASE("scene: place, path, what was seen, what is needed and the nearest key
         {"end: 1.0", "end: -1", "2:13: ", "time.end = -1 s (must be > 0)"},
         {"end: 1.0", "end: 1e-5x", "2:13: ", "time.end = 1e-5x is not a number"},
         {"end: 1.0", "end: .nan", "2:13: ", "time.end = .nan is not a number"},
-        {"end: 1.0", "edn: 1.0", "2:8: ", "time.edn is not a key (keys: end, window). Did you mean end?"},
-        {"window: auto", "window: 2", "2:18: ", "time.window: longer than the whole run"},
+        {"end: 1.0", "edn: 1.0", "2:8: ", "time.edn is not a key (keys: end, pace, window). Did you mean end?"},
+        {"window: auto", "window: 2", "2:26: ", "time.window = 2 is longer than the whole run"},
         {"time: ", "tiem: ", "2:1: ", "Did you mean time?"},
-        {"[0, -9.81]", "[0, -9.81, 0]", "3:1: ", "gravity is a list of 3 (must be a list of 2 numbers, in m/s2)"},
+        {"[0, -9.81]", "[0, -9.81, 0]", "3:10: ", "gravity is a list of 3 (must be a list of 2 numbers, in m/s2)"},
         {"[0, -9.81]", "[0, down]", "3:14: ", "gravity[1] = down is not a number"},
         {"solver: dem", "solvr: dem", "5:12: ", "participants.grains.solvr is not a key"},
         {"solver: dem", "solver: [dem]", "5:", "participants.grains.solver = a list (must be a text)"},
-        {"{solver: dem}", "dem", "5:3: ", "participants.grains is dem (must be a mapping of keys)"},
-        {"to: water, data: k", "to: watr, data: k", "8:", "no participant \"watr\". Did you mean water?"},
+        {"{solver: dem}", "dem", "5:11: ", "participants.grains = dem (must be a mapping of keys)"},
+        {"to: water, data: k", "to: watr, data: k",
+         "8:24: ", "there is no such participant: grains, water). Did you mean water?"},
         {"data: kinematics", "data: kinematic", "8:37: ", "Did you mean kinematics?"},
         {"lag: 1", "lag: 2", "9:", "couplings[1].lag = 2 (must be >= 0 and <= 1)"},
         {"lag: 1", "lag: 0.5", "9:", "couplings[1].lag = 0.5 (must be a whole number)"},
         {"lag: 1", "lagg: 1", "9:", "Did you mean lag?"},
-        {"data: kinematics", "data: kinematics, predict: linear", "8:", "without a lag there is nothing to predict"},
-        {"to: water, data: k", "to: grains, data: k", "8:", "the same participant as \"from\""},
+        {"data: kinematics", "data: kinematics, predict: linear", "8:58: ", "has nothing to predict without a lag"},
+        {"to: water, data: k", "to: grains, data: k", "8:24: ", "is the same participant as \"from\""},
         {"couplings:", "transport: zqm\ncouplings:", "7:12: ", "Did you mean zmq?"},
-        {"couplings:", "address: tcp://0.0.0.0:5000\ncouplings:", "7:1: ", "would travel unencrypted"},
+        {"couplings:", "address: tcp://0.0.0.0:5000\ncouplings:", "7:10: ",
+         "To go beyond this host give participants a host"},
         {"gravity", "gravity: [0, 1]\ngravity", "4:1: ", "gravity is given twice (first in line 3)"},
-        {"gravity", "frame: {rotating: {}}\ngravity", "3:1: ", "frame: must be inertial"},
+        {"gravity", "frame: {rotating: {}}\ngravity", "3:8: ", "frame = a mapping (must be one of: inertial)"},
     };
     for (Case const& c : cases) {
         CAPTURE(c.to);

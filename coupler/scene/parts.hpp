@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "coupler/scene/scene.hpp"
+
+//! The parts of a scene that are read in files of their own; for the files of this folder.
+namespace sluice {
+
+//! `host`: an address or a name, or empty.
+std::string read_host(Reader& participant);
+//! transport, address, port, security, remote; after the participants.
+void read_network(Reader& root, Scene& scene);
+//! implicit: groups that repeat a window; after the couplings.
+void read_implicit(Reader& root, Scene& scene);
+
+}  // namespace sluice
