@@ -142,9 +142,10 @@ void Participant::Session::connect()
         else if (scene.transport == TransportKind::mpi)
             transport = make_mpi_transport(members);
         else
-            transport =
-                make_zmq_transport(members, scene.address.empty() ? socket_directory(options.directory) : scene.address,
-                                   in_milliseconds(scene.silence_timeout));
+            transport = make_zmq_transport(
+                members, {.directory = scene.address.empty() ? socket_directory(options.directory) : "",
+                          .address = scene.address,
+                          .silence = in_milliseconds(scene.silence_timeout)});
         meet_all();
         transport->settle();
     }
@@ -167,12 +168,12 @@ void Participant::Session::connect()
 void Participant::Session::handle(Transport::Incoming const& incoming)
 {
     auto const& peer_name = scene.participants[static_cast<std::size_t>(incoming.peer)].name;
-    Header const header = open_message(incoming.bytes, peer_name);
-    if (header.kind == MessageKind::hello) return handle_greeting(incoming.peer, text_of(incoming.bytes));
+    Header const header = open_message(incoming.message.bytes, peer_name);
+    if (header.kind == MessageKind::hello) return handle_greeting(incoming.peer, text_of(incoming.message.bytes));
     if (header.kind == MessageKind::abort) {
         consequence = true;
         throw Error(fmt::format("participant \"{}\" stopped in window {}: {}", peer_name, header.frame,
-                                text_of(incoming.bytes)),
+                                text_of(incoming.message.bytes)),
                     Exit::peer_died);
     }
     // A peer that met everybody first may send its first frame before we have met everybody: then no session is agreed.
@@ -191,7 +192,7 @@ void Participant::Session::handle(Transport::Incoming const& incoming)
     }
     for (auto& channel : in)
         if (channel.number == static_cast<int>(header.edge) && channel.edge.from == incoming.peer)
-            return channel.arrive(header, incoming.bytes, peer_name);
+            return channel.arrive(header, incoming.message.bytes, peer_name);
     throw Error("frame from \"" + peer_name + "\" on an edge that the scene does not have.", Exit::protocol);
 }
 
@@ -353,7 +354,7 @@ void Participant::Session::tell_peers(std::string const& why) noexcept
     try {
         auto const bytes = encode_text(MessageKind::abort, session, status->window.load(), why);
         for (int p = 0; p < static_cast<int>(greetings.size()); ++p)
-            if (p != self) transport->try_send(p, bytes);
+            if (p != self) (void)transport->try_send(p, bytes);
     } catch (...) {  // the run is over in any case; what went wrong first is what gets reported
     }
 }

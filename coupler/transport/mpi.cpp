@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "coupler/base/error.hpp"
+#include "coupler/transport/buffer.hpp"
 #include "coupler/transport/transport.hpp"
 
 namespace sluice {
@@ -42,19 +43,25 @@ class MpiTransport final : public Transport
         MPI_Finalize();
     }
 
-    bool try_send(int peer, std::span<std::byte const> bytes) override
+    std::span<std::byte> reserve(int /*peer*/, std::size_t size) override
     {
         collect_finished();
-        if (in_flight_.size() >= most_in_flight) return false;
-        require(bytes.size() <= INT_MAX, [] { return Error("a message of more than 2 GB (MPI's limit).", Exit::io); });
+        if (in_flight_.size() >= most_in_flight) return {};
+        if (!next_) next_ = take_spare();
+        return next_->room(size);
+    }
+
+    bool commit(int peer, std::size_t size) override
+    {
+        require(size <= INT_MAX, [] { return Error("a message of more than 2 GB (MPI's limit).", Exit::io); });
         auto& sending = in_flight_.emplace_back();
-        sending.bytes.assign(bytes.begin(), bytes.end());
-        MPI_Isend(sending.bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE,
-                  rank_of_[static_cast<std::size_t>(peer)], tag, MPI_COMM_WORLD, &sending.request);
+        sending.buffer = std::move(next_);
+        MPI_Isend(sending.buffer->data(), static_cast<int>(size), MPI_BYTE, rank_of_[static_cast<std::size_t>(peer)],
+                  tag, MPI_COMM_WORLD, &sending.request);
         return true;
     }
 
-    std::optional<Incoming> receive(std::chrono::milliseconds patience) override
+    std::optional<Incoming> receive(std::chrono::microseconds patience) override
     {
         auto const start = Clock::now();
         for (;;) {
@@ -74,6 +81,7 @@ class MpiTransport final : public Transport
     }
 
     bool lost(int) const override { return false; }  // mpirun ends the job when a rank dies
+    std::string kind() const override { return "mpi"; }
 
     void give_up(int exit_code) override
     {
@@ -84,7 +92,7 @@ class MpiTransport final : public Transport
  private:
     struct Sending
     {
-        std::vector<std::byte> bytes;
+        std::shared_ptr<Buffer> buffer;
         MPI_Request request = MPI_REQUEST_NULL;
     };
 
@@ -118,11 +126,21 @@ class MpiTransport final : public Transport
         int count = 0;
         MPI_Get_count(&status, MPI_BYTE, &count);
         Incoming incoming;
-        incoming.bytes.resize(static_cast<std::size_t>(count));
-        MPI_Mrecv(incoming.bytes.data(), count, MPI_BYTE, &message, MPI_STATUS_IGNORE);
+        auto buffer = take_spare();
+        auto const room = buffer->room(static_cast<std::size_t>(count));
+        MPI_Mrecv(room.data(), count, MPI_BYTE, &message, MPI_STATUS_IGNORE);
+        incoming.message = {room, std::move(buffer)};
         for (std::size_t p = 0; p < rank_of_.size(); ++p)
             if (rank_of_[p] == status.MPI_SOURCE) incoming.peer = static_cast<int>(p);
         return incoming;
+    }
+
+    //! A buffer that nobody else holds: of those in `buffers_` one that has come back, or a new one.
+    std::shared_ptr<Buffer> take_spare()
+    {
+        for (auto const& buffer : buffers_)
+            if (buffer.use_count() == 1) return buffer;
+        return buffers_.emplace_back(std::make_shared<Buffer>());
     }
 
     void collect_finished()
@@ -136,6 +154,8 @@ class MpiTransport final : public Transport
 
     std::vector<int> rank_of_;
     std::list<Sending> in_flight_;
+    std::vector<std::shared_ptr<Buffer>> buffers_;
+    std::shared_ptr<Buffer> next_;
     bool gave_up_ = false;
 };
 

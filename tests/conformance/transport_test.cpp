@@ -46,9 +46,14 @@ std::string tcp_address()  // a base port of this process's own, so that tests c
     return "tcp://127.0.0.1:" + std::to_string(20'000 + ::getpid() % 20'000);
 }
 
-Make zmq(std::string const& address, milliseconds silence = milliseconds(10'000))
+Make ipc(std::filesystem::path const& directory)
 {
-    return [=](int self) { return sluice::make_zmq_transport(members(self), address, silence); };
+    return [=](int self) { return sluice::make_zmq_transport(members(self), {.directory = directory}); };
+}
+
+Make tcp(std::string const& address)
+{
+    return [=](int self) { return sluice::make_zmq_transport(members(self), {.address = address}); };
 }
 
 //! Member 1 greets and leaves; member 0 must notice within 2 s.
@@ -80,20 +85,20 @@ TEST_CASE("loopback: conforms")
 TEST_CASE("zmq over ipc: conforms")
 {
     in_threads::Scratch scratch;
-    CHECK(converse(zmq(scratch.path()), suite::all) == "");
+    CHECK(converse(ipc(scratch.path()), suite::all) == "");
 }
 
 TEST_CASE("zmq over tcp: conforms")
 {
-    CHECK(converse(zmq(tcp_address()), suite::all) == "");
+    CHECK(converse(tcp(tcp_address()), suite::all) == "");
 }
 
 TEST_CASE("every transport but MPI: a peer that leaves is noticed within 2 s")
 {
     in_threads::Scratch scratch;
     sluice::LoopbackHub hub(2);
-    CHECK(converse(zmq(scratch.path()), leave) == "");
-    CHECK(converse(zmq(tcp_address()), leave) == "");
+    CHECK(converse(ipc(scratch.path()), leave) == "");
+    CHECK(converse(tcp(tcp_address()), leave) == "");
     CHECK(converse([&](int self) { return hub.connect(self); }, leave) == "");
 }
 
@@ -103,7 +108,8 @@ TEST_CASE("zmq: the side that connects may come first, by a second")
     for (int late : {0, 1}) {
         auto const make = [&](int self) {
             if (self == late) std::this_thread::sleep_for(milliseconds(1000));
-            return sluice::make_zmq_transport(members(self), scratch.path(), milliseconds(2000));
+            return sluice::make_zmq_transport(members(self),
+                                              {.directory = scratch.path(), .silence = milliseconds(2000)});
         };
         CHECK(converse(make, suite::round_trips) == "");
     }
@@ -112,5 +118,5 @@ TEST_CASE("zmq: the side that connects may come first, by a second")
 TEST_CASE("zmq over tcp: an address without a port is refused")
 {
     for (auto const address : {"tcp://127.0.0.1", "tcp://127.0.0.1:", "tcp://127.0.0.1:99999", "tcp://127.0.0.1:x"})
-        CHECK_THROWS_AS(sluice::make_zmq_transport(members(0), address, milliseconds(2000)), sluice::Error);
+        CHECK_THROWS_AS(sluice::make_zmq_transport(members(0), {.address = address}), sluice::Error);
 }
