@@ -46,6 +46,7 @@ class SmallDisk
     }
     bool mounted() const { return mounted_; }
     std::filesystem::path operator/(std::string const& name) const { return folder_ / name; }
+    std::filesystem::path const& path() const { return folder_.path(); }
 
  private:
     Folder folder_;
