@@ -1,5 +1,6 @@
 #include "coupler/base/checksum.hpp"
 
+#define XXH_INLINE_ALL  // compiled here, for the vector registers that this build may use
 #include <xxhash.h>
 
 #include <charconv>

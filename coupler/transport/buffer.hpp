@@ -17,7 +17,7 @@ class Buffer
     {
         if (size > capacity_ || !memory_) {
             std::size_t const wanted = size < 64 ? 64 : size + size / 4;
-            memory_.reset(static_cast<std::byte*>(::operator new(wanted, std::align_val_t{64})));
+            memory_.reset(static_cast<std::byte*>(::operator new (wanted, std::align_val_t{64})));
             capacity_ = wanted;
         }
         return {memory_.get(), size};
@@ -27,7 +27,7 @@ class Buffer
  private:
     struct Free
     {
-        void operator()(std::byte* p) const { ::operator delete(p, std::align_val_t{64}); }
+        void operator()(std::byte* p) const { ::operator delete (p, std::align_val_t{64}); }
     };
     std::unique_ptr<std::byte, Free> memory_;
     std::size_t capacity_ = 0;

@@ -71,7 +71,7 @@ TEST_CASE("checkpoint: keeps so many complete generations, and leaves what is no
     }
 }
 
-TEST_CASE("checkpoint: a resumed run writes again what came after; nothing old is mixed in")
+TEST_CASE("checkpoint: a resumed run writes again what came after, nothing old is mixed in")
 {
     Folder const folder;
     CheckpointStore const store(folder.path(), 3);

@@ -102,7 +102,7 @@ TEST_CASE("manifest: behind a right checksum, only the one form is taken")
     CHECK(refuses("\"sluice\"", "\"more\": 1,\n \"sluice\"", "not in the form"));
 }
 
-TEST_CASE("manifest: a member is a name, perhaps with a rank; nothing that leads out of the folder")
+TEST_CASE("manifest: a member is a name, perhaps with a rank, nothing that leads out of the folder")
 {
     for (char const* good : {"grains", "water:0", "a-b_C9:12", "w:999999"}) CHECK(is_member(good));
     for (char const* bad :

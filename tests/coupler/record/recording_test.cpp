@@ -131,7 +131,7 @@ TEST_CASE("recording: cut anywhere, it gives every whole record and says that it
     }
 }
 
-TEST_CASE("recording: every flipped bit is found, with the record's number; those before it are whole")
+TEST_CASE("recording: every flipped bit is found, with the record's number, those before it are whole")
 {
     Folder const folder;
     auto const whole = small_recording(folder / "run.rec");
