@@ -16,8 +16,9 @@ using Vector = std::vector<double>;
 //! QR2 filter: a difference whose part orthogonal to all newer ones is shorter than this share of it is dropped.
 //! preCICE advises 1e-3 to 1e-2.
 constexpr double filter_limit = 1e-3;
-//! A difference shorter than this, relative to the values themselves, is rounding: about 50 units in the last place.
-constexpr double noise = 1e-14;
+//! A difference shorter than this, relative to the values themselves, is dropped too: the rounding in it, some 1e-15 of
+//! the values, would pass the filter as a direction of its own.
+constexpr double noise = 1e-15 / filter_limit;
 constexpr std::size_t header = 5, column_header = 7;
 
 double squared(double x)

@@ -16,7 +16,10 @@ using Vector = std::vector<double>;
 using Map = std::function<Vector(Vector const&)>;
 using Columns = sluice::AccelerationBlock::Columns;
 
-inline double norm(Vector const& v) { return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0)); }
+inline double norm(Vector const& v)
+{
+    return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0));
+}
 
 inline double distance(Vector const& a, Vector const& b)
 {
