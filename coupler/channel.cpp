@@ -151,15 +151,37 @@ void Samples::Source::keep(Frame frame)
 
 std::vector<std::span<double const>> const& Samples::Source::columns(double s)
 {
-    Frame const& top = newest();
-    std::array<Frame const*, 3> frames{&top, nullptr, nullptr};
+    std::array<Frame const*, 3> frames{&newest()};
     std::size_t count = 1;
     for (std::size_t k = guess ? 0 : 1; k < history.size() && count < frames.size(); ++k) frames[count++] = &history[k];
+    return mix(terms, std::span(frames).first(count), edge.sample == Sampling::hold ? 1.0 : s);
+}
+
+std::vector<std::span<double const>> const& Samples::Source::predicted()
+{
+    std::array<Frame const*, 3> frames{};
+    std::size_t count = 0;
+    for (auto const& frame : history)
+        if (count < frames.size()) frames[count++] = &frame;
+    return mix({.lag = 1, .predict = terms.predict}, std::span(frames).first(count), 1.0);
+}
+
+void Samples::Source::fit_guess_to_result()
+{
+    if (!same(guess->ids.values, result->ids.values)) guess = rearranged(*guess, *result, widths_of(spec, dimension));
+    if (!same(history.front().ids.values, result->ids.values))
+        history.front() = rearranged(history.front(), *result, widths_of(spec, dimension));
+}
+
+//! The sum of frames, newest first, that stands for the fraction `s` of the window.
+std::vector<std::span<double const>> const& Samples::Source::mix(InEdge const& by, std::span<Frame const* const> frames,
+                                                                 double s)
+{
     std::array<double, 2> past{};
-    for (std::size_t k = 1; k < count; ++k)
+    for (std::size_t k = 1; k < frames.size(); ++k)
         past[k - 1] = static_cast<double>(begin - frames[k]->ticks) / static_cast<double>(length);
-    auto const weights = sample_weights(terms, static_cast<std::int64_t>(count),
-                                        edge.sample == Sampling::hold ? 1.0 : s, std::span(past).first(count - 1));
+    auto const weights = sample_weights(by, static_cast<std::int64_t>(frames.size()), s, past);
+    Frame const& top = *frames[0];
     spans_.resize(top.columns.size());
     for (std::size_t c = 0; c < spans_.size(); ++c) spans_[c] = top.columns[c].values;
     if (weights.at[0] == 1.0 && weights.at[1] == 0.0 && weights.at[2] == 0.0) return spans_;
@@ -169,7 +191,7 @@ std::vector<std::span<double const>> const& Samples::Source::columns(double s)
         mixed_[c].resize(n);
         double* const to = mixed_[c].data();
         for (std::size_t i = 0; i < n; ++i) to[i] = weights.at[0] * spans_[c][i];
-        for (std::size_t k = 1; k < count; ++k) {
+        for (std::size_t k = 1; k < frames.size(); ++k) {
             if (weights.at[k] == 0.0) continue;
             double const* const from = frames[k]->columns[c].values.data();
             for (std::size_t i = 0; i < n; ++i) to[i] += weights.at[k] * from[i];

@@ -26,6 +26,10 @@ struct Samples::Source
     int origin_of(std::int64_t id) const;
     void set_origins(std::span<std::int64_t const> origins);  //!< of the newest frame's points
     std::vector<std::span<double const>> const& columns(double s);
+    //! What a lag-1 edge is expected to bring at the window's end, from the frames before.
+    std::vector<std::span<double const>> const& predicted();
+    //! The guess for the points that the result has, in their order.
+    void fit_guess_to_result();
     Frame const& newest() const { return guess ? *guess : history.front(); }
 
     Edge edge;
@@ -49,6 +53,7 @@ struct Samples::Source
 
  private:
     Frame merged(std::vector<Frame> parts);
+    std::vector<std::span<double const>> const& mix(InEdge const& by, std::span<Frame const* const> frames, double s);
 
     std::unordered_map<std::int64_t, int> origin_of_;
     std::vector<std::vector<double>> mixed_;

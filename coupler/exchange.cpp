@@ -58,9 +58,9 @@ void Participant::Session::handle(Transport::Incoming const& incoming)
     if (header.kind == MessageKind::hello) return handle_greeting(incoming.peer, text_of(message.bytes));
     if (header.kind == MessageKind::abort) {
         consequence = true;
-        throw Error(fmt::format("participant \"{}\" stopped in window {}: {}", peer_name, header.frame,
-                                text_of(message.bytes)),
-                    Exit::peer_died);
+        throw Error(
+            fmt::format("participant \"{}\" stopped in window {}: {}", peer_name, header.frame, text_of(message.bytes)),
+            Exit::peer_died);
     }
     // A peer that met everybody first may send its first frame before we have met everybody: then no session is agreed.
     require(session == 0 || header.session == session, [&] {
@@ -154,10 +154,10 @@ void Participant::Session::open_channels()
             auto const& greeting = greetings[m];
             auto const wanted = greeting.columns.find(channel.number);
             auto const mask = wanted == greeting.columns.end() ? ~0u : wanted->second;
-            channel.targets.push_back({static_cast<int>(m),
-                                       FrameEncoder(channel.spec, scene.dimension,
-                                                    static_cast<std::uint32_t>(channel.number), mask),
-                                       greeting.box});
+            channel.targets.push_back(
+                {static_cast<int>(m),
+                 FrameEncoder(channel.spec, scene.dimension, static_cast<std::uint32_t>(channel.number), mask),
+                 greeting.box});
         }
 }
 
@@ -191,9 +191,8 @@ void Participant::Session::require_written(std::int64_t frame) const
                     (!channel.inside || frame == 0 || channel.iteration == schedule->next().iteration),
                 [&] {
                     return Error("participant \"" + name_of_member(self) + "\" wrote nothing to \"" +
-                                     scene.participants[static_cast<std::size_t>(channel.edge.to)].name +
-                                     "\" before " + where() +
-                                     " (a state is needed at the start and at the end of every window).",
+                                     scene.participants[static_cast<std::size_t>(channel.edge.to)].name + "\" before " +
+                                     where() + " (a state is needed at the start and at the end of every window).",
                                  Exit::internal);
                 });
 }
@@ -211,8 +210,7 @@ void Participant::Session::emit_kept(std::int64_t frame)
 }
 
 void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::uint32_t iteration,
-                                std::span<std::int64_t const> ids,
-                                std::vector<std::span<double const>> const& columns)
+                                std::span<std::int64_t const> ids, std::vector<std::span<double const>> const& columns)
 {
     auto const ticks = frame == 0 ? 0 : plan_.begin + plan_.length;
     Samples::Source const* back = nullptr;  // tells from which process of the receiver a point came

@@ -119,7 +119,7 @@ void Participant::propose_window(double seconds, bool exact)
 void Participant::reads(std::string_view data, std::vector<std::string> const& columns)
 {
     for (auto& channel : session_->in) {
-        if (channel.spec.name != data) continue;
+        if (channel.spec.name != data || channel.terms.inside) continue;  // a group iterates on all columns
         std::uint32_t mask = 0;
         for (auto const& wanted : columns) {
             auto const& all = channel.spec.columns;

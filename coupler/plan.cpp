@@ -16,8 +16,8 @@ namespace {
 constexpr std::uint32_t last_bit = 1, checkpoint_bit = 2, stop_bit = 4;
 constexpr double longest_run = 1e11;  // windows: ticks are 64-bit
 
-//! What must be equal for a run to go on from another one's checkpoint: all that the scene says but when it ends, what is
-//! recorded and how long is waited.
+//! What must be equal for a run to go on from another one's checkpoint: all that the scene says but when it ends, what
+//! is recorded and how long is waited.
 std::uint64_t physics_hash(Scene const& scene)
 {
     std::istringstream lines(scene.canonical);
@@ -70,8 +70,7 @@ Plan Participant::Session::next_plan(std::int64_t window)
     plan.last = plan.length >= left || !pace.why_over.empty();
     bool const possible = all_can_store() && window > 0 && !pending_;
     auto const& when = scene.checkpoint;
-    bool const by_time =
-        when.interval > 0 && Clock::now() - pace.stored > std::chrono::duration<double>(when.interval);
+    bool const by_time = when.interval > 0 && Clock::now() - pace.stored > std::chrono::duration<double>(when.interval);
     bool const by_count = when.windows > 0 && window >= pace.stored_window + when.windows;
     bool const asked = has(pace.requests, Request::checkpoint) || has(pace.requests, Request::stop);
     plan.checkpoint = possible && (by_time || by_count || asked);
@@ -101,14 +100,14 @@ void Participant::Session::plan_window(std::int64_t window)
             told_.push_back(next_plan(window));
         Plan const& plan = told_.back();
         auto const length = static_cast<std::uint64_t>(plan.length);
-        Header header{.kind = MessageKind::plan,
-                      .session = session,
-                      .columns = (plan.last ? last_bit : 0) | (plan.checkpoint ? checkpoint_bit : 0) |
-                                 (plan.stop ? stop_bit : 0),
-                      .frame = window,
-                      .ticks = plan.begin,
-                      .points = static_cast<std::uint32_t>(length),
-                      .iteration = static_cast<std::uint32_t>(length >> 32)};
+        Header header{
+            .kind = MessageKind::plan,
+            .session = session,
+            .columns = (plan.last ? last_bit : 0) | (plan.checkpoint ? checkpoint_bit : 0) | (plan.stop ? stop_bit : 0),
+            .frame = window,
+            .ticks = plan.begin,
+            .points = static_cast<std::uint32_t>(length),
+            .iteration = static_cast<std::uint32_t>(length >> 32)};
         seal(header);
         if (transport) broadcast(bytes_of(header));
     } else
@@ -207,8 +206,7 @@ void Participant::Session::store(std::int64_t window)
                             .previous = {},
                             .members = {}};
     if (paces()) return take_report(self, window, part.line());
-    send(pacer,
-         encode_text({.kind = MessageKind::stored, .session = session, .frame = window}, part.line()),
+    send(pacer, encode_text({.kind = MessageKind::stored, .session = session, .frame = window}, part.line()),
          Clock::time_point::max());
     book(Activity::exchange);
 }
@@ -308,8 +306,8 @@ void Participant::Session::resume()
         channel.written = window;
         for (auto& target : channel.targets) target.used = window;
     }
-    take_group_state(state);
     restore(state.take("solver"));
+    if (group) resumed_group_ = std::move(state);
     store_->discard_after(window);
 }
 

@@ -10,6 +10,7 @@
 #include "coupler/channel.hpp"
 #include "coupler/record/checkpoint.hpp"
 #include "coupler/record/trace.hpp"
+#include "coupler/schedule/acceleration.hpp"
 
 namespace sluice {
 
@@ -163,6 +164,9 @@ struct Participant::Session
     bool agree(std::int64_t window, std::uint32_t iteration);  //!< true: the window stands
     void take_verdict(int member, Header const& header, std::vector<double> numbers);
     void open_group();
+    void stand();
+    bool in_group(int member) const;
+    void gather_summaries(std::int64_t window, std::uint32_t iteration, std::vector<std::vector<double>>& summaries);
     void put_group_state(State& state) const;
     void take_group_state(State const& state);
 
@@ -179,8 +183,28 @@ struct Participant::Session
     std::optional<State> resumed_;      //!< what this process stored
     std::optional<Plan> resumed_plan_;  //!< of the window that the checkpoint was taken before
     std::vector<std::int64_t> waited_;  //!< per participant, ns
-    State before_;                      //!< in an implicit group: the solver's state before the window
-    std::int64_t iterations_ = 0;
+    std::int64_t iterations_ = 0, unconverged_ = 0;
+    std::optional<State> resumed_group_;
+
+    //! In an implicit group: the solver's state before the window, the unknowns that this process holds, who holds the
+    //! others, and what they said.
+    struct Block
+    {
+        std::size_t channel;  //!< index into `in`
+        int number;
+        AccelerationBlock numerics;
+    };
+    struct Said
+    {
+        std::int64_t window;
+        std::uint32_t iteration;
+        std::vector<double> numbers;
+    };
+    State before_;
+    AccelerationConfig acceleration_;
+    std::vector<Block> blocks_;
+    std::vector<int> owners_;                 //!< per block of the group: which member holds it
+    std::vector<std::deque<Said>> verdicts_;  //!< per member
     Clock::time_point start_ = Clock::now();
     Clock::time_point mark_ = Clock::now();
     Clock::time_point looked_ = Clock::now();

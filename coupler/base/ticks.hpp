@@ -4,8 +4,8 @@
 
 namespace sluice {
 
-//! Time of a coupled run as an integer, so that no ratio of steps leaves a remainder. One tick is this part of the run's
-//! first window: 2^10 3^4 5^3 7 has the divisors that steps and windows use, among them 1 to 10, 100, 1000.
+//! Time of a coupled run as an integer, so that no ratio of steps leaves a remainder. One tick is this part of the
+//! run's first window: 2^10 3^4 5^3 7 has the divisors that steps and windows use, among them 1 to 10, 100, 1000.
 inline constexpr std::int64_t ticks_per_window = 72'576'000;
 
 //! Ticks as seconds. The n-th window's end, for windows of equal length, is exactly the double nearest to n * length.
