@@ -3,16 +3,11 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 #include "coupler/scene/parts.hpp"
 
 namespace sluice {
 namespace {
-
-//! Names of files that a run's directory has for itself.
-constexpr std::string_view reserved[] = {"archive", "series", "summary", "scene", "trace", "report", "mpirun"};
 
 //! The first participant that waits for nobody in its own window.
 int default_pace(Scene const& scene)
@@ -47,14 +42,13 @@ void read_gravity(Reader& root, Scene& scene)
 void read_data(Reader& root, Scene& scene)
 {
     scene.data = vocabulary();
-    if (!root.has("data")) return;
-    for (auto& [name, reader] : root.children("data")) {
+    for (auto& [name, reader] : root.children_if("data")) {
         DataSpec spec{name, {}, reader.flag_or("meshless", false)};
         for (auto const& known : vocabulary())
             if (known.name == name) reader.problem("", "is built in (choose another name).");
         for (auto& [column, c] : reader.children("columns")) {
             auto const shape = c.choice_or("shape", 0, {"scalar", "vector", "spin"});
-            spec.columns.push_back({column, static_cast<Shape>(shape), c.text("unit")});
+            spec.columns.push_back({column, static_cast<Shape>(shape), read_unit(c)});
             if (spec.meshless && column == "position")
                 c.problem("", "meshless data have no place in space. Leave the column out, or meshless.");
             c.finish();
@@ -73,11 +67,11 @@ void read_participants(Reader& root, LoadedScene& loaded)
         ParticipantSpec spec;
         spec.name = name;
         if (!is_identifier(name)) reader.problem("", "not a name (letters, digits, _ and -; at most 64).");
-        if (std::find(std::begin(reserved), std::end(reserved), name) != std::end(reserved))
+        if (auto const& taken = reserved_names(); std::find(taken.begin(), taken.end(), name) != taken.end())
             reader.problem("", "the results have files of this name. Choose another one.");
         spec.command = reader.words("command");
         if (reader.has("command") && reader.has("solver")) reader.problem("command", "stands beside solver. Keep one.");
-        spec.solver = reader.has("command") ? reader.text_if("solver") : reader.text("solver");
+        spec.solver = reader.has("command") ? reader.word_if("solver") : reader.word("solver");
         if (!spec.command.empty()) spec.solver.clear();
         if (!spec.solver.empty() && !is_identifier(spec.solver))
             reader.refuse("solver", "is not the name of an executable (letters, digits, _ and -).");
@@ -200,15 +194,14 @@ void seal(LoadedScene& loaded)
     scene.hash = XXH3_64bits(scene.canonical.data(), scene.canonical.size());
 }
 
-std::string read_text(std::filesystem::path const& file)
-{
-    std::ifstream in(file, std::ios::binary);
-    std::stringstream text;
-    text << in.rdbuf();
-    return text.str();
-}
-
 }  // namespace
+
+std::vector<std::string_view> const& reserved_names()
+{
+    static std::vector<std::string_view> const names = {"archive", "series", "summary", "scene",
+                                                        "trace",   "report", "mpirun"};
+    return names;
+}
 
 bool is_identifier(std::string const& name)
 {
@@ -268,12 +261,19 @@ std::vector<std::string> lag0_circle(Scene const& scene)
 
 LoadedScene load_scene(std::filesystem::path const& file, std::vector<std::string> const& overrides)
 {
-    auto root = read_yaml_file(file, overrides);
+    return load_scene_text(read_scene_file(file), file, overrides);
+}
+
+LoadedScene load_scene_text(std::string const& text, std::filesystem::path const& file,
+                            std::vector<std::string> const& overrides, std::vector<Key>* keys)
+{
+    auto root = read_yaml(text, file.string(), overrides);
+    root.diagnostics()->keys = keys;
     LoadedScene loaded;
     loaded.diagnostics = root.diagnostics();
     Scene& scene = loaded.scene;
     scene.file = file;
-    scene.text = read_text(file);
+    scene.text = text;
     scene.overrides = overrides;
     root.integer("sluice", {.min = 1, .max = 1});
     scene.title = root.text_or("title", file.stem().string());

@@ -189,14 +189,19 @@ Reader read_yaml(std::string const& text, std::string const& file, std::vector<s
     return {root, root, "", diagnostics, true};
 }
 
-Reader read_yaml_file(std::filesystem::path const& file, std::vector<std::string> const& overrides)
+std::string read_scene_file(std::filesystem::path const& file)
 {
     std::ifstream in(file, std::ios::binary);
     require(in.good() && !std::filesystem::is_directory(file),
             [&] { return Error(file.string() + ": cannot be read (needed: a scene in YAML). Check the path."); });
     std::stringstream text;
     text << in.rdbuf();
-    return read_yaml(text.str(), file.string(), overrides);
+    return text.str();
+}
+
+Reader read_yaml_file(std::filesystem::path const& file, std::vector<std::string> const& overrides)
+{
+    return read_yaml(read_scene_file(file), file.string(), overrides);
 }
 
 }  // namespace sluice
