@@ -1,6 +1,9 @@
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <charconv>
 #include <fstream>
+#include <optional>
 #include <span>
 #include <sstream>
 
@@ -40,27 +43,55 @@ void count_nodes(YAML::Node const& node, int depth, int& nodes, Diagnostics cons
         for (auto const& item : node) count_nodes(item, depth + 1, nodes, where, top);
 }
 
-//! The line (1-based) where the second document begins.
-std::size_t second_document(std::string const& text, YAML::Node const& second)
+//! The line (1-based) of the `---` that begins a second document whose content is at `mark`, if there is one.
+std::optional<std::size_t> second_document(std::string const& text, YAML::Mark const& mark)
 {
-    std::size_t line = 1, found = 1;
-    for (std::size_t at = 0; at < text.size() && static_cast<int>(line) <= second.Mark().line + 1; ++line) {
+    std::size_t line = 1;
+    std::optional<std::size_t> found;
+    for (std::size_t at = 0; at < text.size() && static_cast<int>(line) <= mark.line + 1; ++line) {
         if (text.compare(at, 3, "---") == 0) found = line;
         at = std::min(text.find('\n', at), text.size() - 1) + 1;
     }
     return found;
 }
 
-//! One YAML document, or an empty node for an empty text. Throws YAML::Exception on bad syntax.
-YAML::Node load_one(std::string const& text, std::string const& where)
+//! Counts the documents of a text, and where the last one started.
+class Documents : public YAML::EventHandler
 {
-    auto documents = YAML::LoadAll(text);
-    require(documents.size() <= 1, [&] {
-        return Error(where + ":" + std::to_string(second_document(text, documents[1])) +
-                     ":1: " + std::to_string(documents.size()) +
-                     " YAML documents (needed: one). Remove this line and what follows.");
+ public:
+    int count = 0;
+    YAML::Mark start;
+
+    void OnDocumentStart(YAML::Mark const& mark) override { ++count, start = mark; }
+    void OnDocumentEnd() override {}
+    void OnNull(YAML::Mark const&, YAML::anchor_t) override {}
+    void OnAlias(YAML::Mark const&, YAML::anchor_t) override {}
+    void OnScalar(YAML::Mark const&, std::string const&, YAML::anchor_t, std::string const&) override {}
+    void OnSequenceStart(YAML::Mark const&, std::string const&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+    void OnSequenceEnd() override {}
+    void OnMapStart(YAML::Mark const&, std::string const&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+    void OnMapEnd() override {}
+};
+
+//! One YAML document, or an empty node for an empty text. Throws YAML::Exception on bad syntax. `where` turns a mark
+//! into the place that a message starts with. Not LoadAll(): yaml-cpp 0.7 finds documents without end where a text goes
+//! on with a stray `,` or `]`.
+template <class Where>
+YAML::Node load_one(std::string const& text, Where&& where)
+{
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    Documents documents;
+    while (documents.count < 2 && parser.HandleNextDocument(documents)) continue;
+    require(documents.count < 2, [&] {
+        auto mark = documents.start;
+        auto const line = second_document(text, mark);
+        if (!line) return Error(where(mark) + ": the text goes on after its YAML document (needed: one document).");
+        mark.line = static_cast<int>(*line) - 1;
+        mark.column = 0;
+        return Error(where(mark) + ": 2 YAML documents or more (needed: one). Remove this line and what follows.");
     });
-    return documents.empty() ? YAML::Node() : documents[0];
+    return YAML::Load(text);
 }
 
 //! What a message of the parser often comes from.
@@ -115,7 +146,7 @@ void require_last_quote_closed(YAML::Node const& root, Diagnostics const& where)
     bool const lone = lines == mark.line && static_cast<int>(whole.size() - line_begin) == mark.column + 1;
     bool closed = !lone;
     try {
-        if (closed) YAML::LoadAll(std::string(whole));
+        if (closed) YAML::Load(std::string(whole));
     } catch (YAML::Exception const&) {
         closed = false;
     }
@@ -189,7 +220,7 @@ void apply_override(YAML::Node& root, std::string const& text, bool aliases)
     for (std::string part; std::getline(parts, part, '.');) names.push_back(part);
     require_path(root, names, text);
     try {
-        auto const value = load_one(text.substr(split + 1), "--set " + text);
+        auto const value = load_one(text.substr(split + 1), [&](YAML::Mark const&) { return "--set " + text; });
         if (aliases) {
             root.reset(with_value(root, names, value));
             return;
@@ -250,7 +281,7 @@ Reader read_yaml(std::string const& text, std::string const& file, std::vector<s
     diagnostics->read(file, text);
     YAML::Node root;
     try {
-        root = load_one(text, file);
+        root = load_one(text, [&](YAML::Mark const& mark) { return place_of(mark, *diagnostics); });
     } catch (YAML::Exception const& e) {
         throw syntax_error(e, *diagnostics);
     }
