@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "coupler/base/state.hpp"
 #include "coupler/record/manifest.hpp"
 
 namespace sluice {
@@ -31,11 +32,12 @@ class CheckpointStore
     //! more.
     CheckpointStore(std::filesystem::path const& directory, int keep);
 
-    //! Makes the folder, once before the first part is written.
+    //! Makes the folder, in every process before its first part.
     void prepare() const;
 
     //! Phase 1, in every process: this member's bytes of a window. Does not make a folder anew that was taken away.
     CheckpointPart write_part(std::int64_t window, std::string_view member, std::span<std::byte const> bytes) const;
+    CheckpointPart write_part(std::int64_t window, std::string_view member, State const& state) const;  //!< no copy
 
     //! Phase 2, in the coordinator once it has all reports: writes the manifest (its `previous` is filled in here, its
     //! members are put in order) and then removes generations beyond `keep`, and older ones that were never complete.
@@ -57,6 +59,8 @@ class CheckpointStore
     std::filesystem::path manifest_file(std::int64_t window) const;
 
  private:
+    CheckpointPart write_pieces(std::int64_t window, std::string_view member,
+                                std::span<std::span<std::byte const> const> pieces) const;
     std::filesystem::path folder(std::int64_t window) const;
     std::vector<std::int64_t> windows() const;  //!< newest first, complete or not
     Manifest read_manifest(std::int64_t window) const;
