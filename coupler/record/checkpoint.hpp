@@ -47,6 +47,9 @@ class CheckpointStore
     //! Reads every part of the newest generation against its manifest, then of the one before, and so on.
     FoundCheckpoint newest() const;
 
+    //! The manifest of one generation, for a process that was told which one to go on from; looks at no part.
+    Manifest read_manifest(std::int64_t window) const;
+
     //! A part of a manifest's generation, if it is what the manifest says.
     std::vector<std::byte> read_part(Manifest const& manifest, std::string_view member) const;
 
@@ -63,7 +66,6 @@ class CheckpointStore
                                 std::span<std::span<std::byte const> const> pieces) const;
     std::filesystem::path folder(std::int64_t window) const;
     std::vector<std::int64_t> windows() const;  //!< newest first, complete or not
-    Manifest read_manifest(std::int64_t window) const;
     bool looks_complete(std::int64_t window) const;
     void remove(std::int64_t window) const;
     std::string prune(std::int64_t newest) const;

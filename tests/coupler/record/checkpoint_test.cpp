@@ -28,6 +28,7 @@ TEST_CASE("checkpoint: what was written comes back, with the generation before n
     REQUIRE(found.manifest);
     CHECK(found.manifest->window == 20);
     CHECK(found.manifest->previous == 10);
+    CHECK(store.read_manifest(20) == *found.manifest);
     CHECK(found.manifest->ticks == 20'000);
     CHECK(found.manifest->scene == 0x1234'5678'9abc'def0);
     CHECK(trusted_window(store) == 20);
@@ -119,7 +120,7 @@ TEST_CASE("checkpoint: a report that does not fit what is there is not committed
 
 TEST_CASE("checkpoint: 10 000 cuts and flipped bits are all found, and the generation before is taken")
 {
-    Folder const folder;
+    Folder const folder(memory_folder());
     CheckpointStore const store(folder.path(), 2);
     store.prepare();
     write_checkpoint(store, 10, 3);
