@@ -362,6 +362,10 @@ TEST_CASE("acceleration: a saved state that is damaged or another edge's is refu
         check_error(Exit::io, "does not fit", [&] { by.restore(state); });
     };
     refused(other, good);
+    AccelerationConfig const pair{.columns = {{.name = "a.x"}, {.name = "a.y"}}};
+    AccelerationBlock xy(pair, 0, {{.joint = 0, .components = 1}, {.joint = 1, .components = 1}});
+    AccelerationBlock yx(pair, 0, {{.joint = 1, .components = 1}, {.joint = 0, .components = 1}});
+    refused(yx, xy.save());
     for (std::size_t length = 0; length < good.numbers.size(); ++length) {
         sluice::AccelerationState cut = good;
         cut.numbers.resize(length);
