@@ -193,8 +193,8 @@ State Participant::Session::state_before(std::int64_t window) const
 void Participant::Session::store(std::int64_t window)
 {
     book(Activity::exchange);
-    auto const bytes = state_before(window).encode();
-    auto const part = store_->write_part(window, name_of_member(self), bytes);
+    store_->prepare();
+    auto const part = store_->write_part(window, name_of_member(self), state_before(window));
     for (auto& channel : out)
         for (auto& target : channel.targets) target.encoder.forget();
     if (paces())
@@ -308,7 +308,7 @@ void Participant::Session::resume()
     }
     restore(state.take("solver"));
     if (group) resumed_group_ = std::move(state);
-    store_->discard_after(window);
+    if (paces()) store_->discard_after(window);
 }
 
 void Participant::Session::require_pace(char const* what) const
