@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # chroot_test.sh DEB: the package in a clean, minimal Debian of this machine's release: it installs with what it depends
-# on, runs a shortened immersed column with each instruction set that the processor has, and goes without a trace.
+# on, runs a shortened immersed column with each instruction set that the processor has (without a report: that takes
+# recommended packages), then once more with report and picture of the scene, and goes without a trace.
 # Needs root, debootstrap and a package mirror, which is whatever apt is configured with. Exit code 77: not possible here.
 # All mounts and processes live in namespaces that end with this script; the folder is removed.
 set -euo pipefail
@@ -39,6 +40,16 @@ make_debian() {
 as_root() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive LC_ALL=C "$@"; }
 as_user() { chroot --userspec=1000:1000 "$root" env -i -C /home/user PATH=/usr/bin:/bin HOME=/home/user LC_ALL=C "$@"; }
 
+# install WHAT PACKAGE...: with what they depend on, and how long that took.
+install() {
+    local what=$1 begin
+    shift
+    begin=$(date +%s)
+    as_root apt-get install -y -qq --no-install-recommends "$@" >"$root/tmp/install.log" 2>&1 ||
+        { tail "$root/tmp/install.log" && exit 1; }
+    echo "$what: installed $(grep -c '^Setting up' "$root/tmp/install.log") packages in $(($(date +%s) - begin)) s"
+}
+
 # column OUT [NAME=VALUE]: sixty grains in a small tank, a second of computing; NAME=VALUE in the environment.
 column() {
     local out=$1
@@ -67,17 +78,31 @@ run_level() {
     echo "ran as $level"
 }
 
+# check_code FOLDER: the solvers in it are compiled for what their folders are called: ymm is AVX2's, zmm AVX-512's.
+check_code() {
+    local level solver ymm zmm
+    for level in x86-64 x86-64-v3 x86-64-v4; do
+        for solver in dem lbm; do
+            ymm=$(objdump -d "$1/$level/$solver" | grep -c '%ymm' || true)
+            zmm=$(objdump -d "$1/$level/$solver" | grep -c '%zmm' || true)
+            case $level:$((ymm > 0)):$((zmm > 0)) in
+                x86-64:0:0 | x86-64-v3:1:0 | x86-64-v4:1:1) ;;
+                *) echo "$level/$solver has $ymm instructions on ymm and $zmm on zmm registers" && exit 1 ;;
+            esac
+        done
+    done
+}
+
 inside() {
-    local deb=$1 begin level
+    local deb=$1 level
     root=$2
     mount -t proc proc /proc  # of this namespace, for run_level
     make_debian "$root"
     cp "$deb" "$root/tmp/sluice.deb"
     as_root dpkg-deb --field /tmp/sluice.deb Depends | sed 's/^/Depends: /'
     as_root apt-get update -qq
-    begin=$(date +%s)
-    as_root apt-get install -y -qq /tmp/sluice.deb >"$root/tmp/install.log" 2>&1 || { tail "$root/tmp/install.log" && exit 1; }
-    echo "installed in $(($(date +%s) - begin)) s, with what it depends on and recommends"
+    install "sluice and what it depends on" /tmp/sluice.deb
+    check_code "$root/usr/lib/sluice"
     as_root useradd --create-home --uid 1000 user
     as_user sluice --version
     if as_user sluice doctor --help >/dev/null 2>&1; then as_user sluice doctor; fi
@@ -90,8 +115,12 @@ inside() {
             [ $code = 2 ] || { echo "$level is not here, but lbm ended with $code" && exit 1; }
         fi
     done
+    # shellcheck disable=SC2046
+    install "what it recommends" $(dpkg-deb --field "$deb" Recommends | tr -d ,)
     column free
     [ -s "$root/home/user/free/report.html" ] || { echo "no report" && exit 1; }
+    as_user sluice graph /usr/share/sluice/configs/immersed_column.yaml -o graph.svg
+    [ -s "$root/home/user/graph.svg" ] || { echo "no picture" && exit 1; }
     as_root apt-get purge -y -qq sluice >/dev/null 2>&1
     local left
     left=$(find "$root/usr" -iname '*sluice*' && find "$root/usr/bin" -name dem -o -name lbm)
