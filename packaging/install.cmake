@@ -37,7 +37,8 @@ foreach(header ${headers})
   install(FILES ${CMAKE_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sluice/${folder})
 endforeach()
 
-# Commands. Solvers and report scripts are looked for from the place of `sluice`: beside it, in ../lib, in ../share.
+# Commands. From the place of `sluice` solvers are looked for beside it, its own files (report scripts and the like) in
+# ../share/sluice: there they lie in the build too.
 install(TARGETS sluice RUNTIME DESTINATION bin)
 foreach(solver ${SLUICE_SOLVERS})
   if(TARGET ${solver}.choose)
@@ -52,8 +53,7 @@ foreach(solver ${SLUICE_SOLVERS})
 endforeach()
 string(REPLACE ";" "\n" lines "${SLUICE_SOLVERS}")
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/share/sluice/solvers CONTENT "${lines}\n")
-install(FILES ${CMAKE_BINARY_DIR}/share/sluice/solvers DESTINATION share/sluice)
-install(DIRECTORY ${CMAKE_SOURCE_DIR}/coupler/cli/report/ DESTINATION share/sluice/report FILES_MATCHING PATTERN "*.py")
+install(DIRECTORY ${CMAKE_BINARY_DIR}/share/sluice DESTINATION share PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/configs/ DESTINATION share/sluice/configs FILES_MATCHING PATTERN "*.yaml")
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE DESTINATION share/doc/sluice RENAME copyright)
 install(FILES ${CMAKE_SOURCE_DIR}/README.md DESTINATION share/doc/sluice)
