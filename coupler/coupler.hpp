@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "coupler/base/error.hpp"
+#include "coupler/base/state.hpp"
 #include "coupler/scene/scene.hpp"
 #include "coupler/transport/transport.hpp"
 
 //! The public face of Sluice: all that a solver needs to take part in a coupled run.
 //!
-//!     int solve(sluice::Participant& self)
+//!     void solve(sluice::Participant& self)
 //!     {
 //!         auto config = read_config(self.config());           // throws every mistake at once
 //!         self.propose_window(config.step);
@@ -26,7 +27,6 @@
 //!             ... advance from window.begin to window.end, sampling grains.at(time) ...
 //!             self.write<Load>("grains", load);
 //!         }
-//!         return 0;
 //!     }
 //!     int main(int argc, char** argv) { return sluice::run(argc, argv, solve); }
 namespace sluice {
@@ -39,6 +39,18 @@ struct Window
     double length = 0;    //!< s
     bool output = false;  //!< the state at its end is to be recorded
     bool series = false;  //!< a row of the time series is to be written at its end
+    bool last = false;    //!< the run ends with it
+    int iteration = 0;    //!< in an implicit group: how often it has been computed before
+
+    //! How many equal steps of at most `longest` seconds fill the window.
+    std::int64_t steps(double longest) const;
+    //! The k-th of `steps` times that divide the window evenly, begin and end exactly.
+    double time(std::int64_t k, std::int64_t steps) const
+    {
+        return k == 0       ? begin
+               : k == steps ? end
+                            : begin + length * (static_cast<double>(k) / static_cast<double>(steps));
+    }
 };
 
 //! dem -> lbm: where the grains are and how they move. 2D: position and velocity have 2 numbers a point, interleaved.
@@ -105,11 +117,14 @@ class Sampled
 struct JoinOptions
 {
     std::filesystem::path scene;
-    std::string name;                      //!< which participant of the scene this is
-    std::filesystem::path directory;       //!< of the run: results, logs, status
-    std::vector<std::string> overrides;    //!< path=value
-    bool check = false;                    //!< read and check the configuration, then stop
-    std::unique_ptr<Transport> transport;  //!< for tests; empty: as the scene says
+    std::string name;                               //!< which participant of the scene this is
+    std::filesystem::path directory;                //!< of the run: results, logs, status
+    std::vector<std::string> overrides;             //!< path=value
+    bool check = false;                             //!< read and check the configuration, then stop
+    int rank = 0;                                   //!< which of the participant's processes
+    bool resume = false;                            //!< go on from the newest complete checkpoint in `directory`
+    std::unique_ptr<Transport> transport = {};      //!< for tests; empty: as the scene says
+    std::shared_ptr<LoadedScene const> given = {};  //!< for tests: the scene, read before; then no file is touched
 };
 
 class Windows;
@@ -133,7 +148,32 @@ class Participant
     //! For `window: auto`. Exact: the solver's own step, every window must have this length; else an upper bound.
     void propose_window(double seconds, bool exact = false);
 
-    //! The state for every out-edge, before the first window and at the end of each. Copied.
+    //! Of the columns of `data` this solver reads only these: others are not sent to it, their spans are empty.
+    void reads(std::string_view data, std::vector<std::string> const& columns);
+    //! The part of space that this process covers: points with a position outside are not sent to it. Before windows().
+    void covers(Box const& box);
+    //! How this solver keeps and restores all it needs to go on bit for bit: for checkpoints, and for implicit groups,
+    //! which repeat windows. `save` fills an empty State. Before windows(), which restores a run that is resumed.
+    void keeps(std::function<void(State&)> save, std::function<void(State const&)> restore);
+
+    //! Before windows(): whether this run goes on from a checkpoint. windows() then restores the state; results up to
+    //! resumed_at() stay, and the initial state is not to be recorded again.
+    bool resumes() const;
+    double resumed_at() const;  //!< s; after windows() was called
+
+    //! The length of the windows after this one [s], rounded down to what all steps allow. Only for the participant
+    //! that paces the run (time.pace): throws Error (exit 2) in others.
+    void next_window(double seconds);
+    //! The next window is the last one. Only for the participant that paces the run.
+    void end_run(std::string const& why);
+    //! A checkpoint before one of the next windows; by any participant.
+    void request_checkpoint();
+
+    int rank() const;   //!< which of this participant's processes this is
+    int ranks() const;  //!< how many they are
+
+    //! The state for every out-edge, before the first window and at the end of each. Sent at once; copied where it must
+    //! wait.
     void write(std::string_view to, std::string_view data, std::span<std::int64_t const> ids,
                std::vector<std::span<double const>> const& columns);
     Samples read(std::string_view from, std::string_view data, Window const& window);
@@ -151,8 +191,15 @@ class Participant
     std::vector<std::string> receivers(std::string_view data) const;
     std::vector<std::string> senders(std::string_view data) const;
 
+    //! Data without points: one number for each component of its columns.
+    void write_values(std::string_view to, std::string_view data, std::span<double const> values);
+    std::vector<double> read_values(std::string_view from, std::string_view data, Window const& window);
+
     //! Shakes hands with all participants, then hands out one window after the other, exchanging frames in between.
     Windows windows();
+    //! After the last write of a window: whether its result stands. False only in an implicit group, when the window
+    //! will be computed again: then nothing is to be recorded. Need not be called outside of such a group.
+    bool accepted(Window const& window);
 
     //! For the report: a figure, a warning, work that was not done and why (share of the whole, 0 to 1).
     void fact(std::string const& name, double value);
@@ -160,7 +207,7 @@ class Participant
     void warn(std::string const& text);
     void skipped(std::string const& what, std::string const& why, double share);
     void note(std::string_view text);        //!< one line shown by `sluice run` while this participant prepares itself
-    void finish();                           //!< called by run(): the end-of-run handshake and the summary
+    int finish();                            //!< called by run(): the end-of-run handshake, the summary, the exit code
     void fail(Error const& error) noexcept;  //!< called by run(): tells the peers and the status page
 
     struct Session;

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
 
 #include <cmath>
 #include <cstdio>
@@ -48,93 +51,215 @@ double choose_window(Scene const& scene, std::vector<Greeting> const& greetings)
         return Error(scene.file.string() +
                      ": time.window is auto, but no participant proposes a length. Give it in s.");
     });
-    for (std::size_t p = 0; p < greetings.size(); ++p)
-        require(!greetings[p].exact || divides(greetings[p].window, window), [&] {
+    auto const members = members_of(scene);
+    for (std::size_t m = 0; m < greetings.size(); ++m)
+        require(!greetings[m].exact || divides(greetings[m].window, window), [&] {
             return Error(fmt::format("{}: time.window = {} s is not a multiple of the step of \"{}\" ({} s). Use auto.",
-                                     scene.file.string(), window, scene.participants[p].name, greetings[p].window));
+                                     scene.file.string(), window, name_of(scene, members[m]), greetings[m].window));
         });
     return window;
 }
 
-std::string Participant::Session::command_of(int participant) const
+namespace {
+
+//! A directory of ours alone for the ipc sockets of the run in `results`: short, since socket paths end at 107 bytes.
+std::string socket_directory(std::filesystem::path const& results)
 {
-    auto const& spec = scene.participants[static_cast<std::size_t>(participant)];
+    char const* runtime = std::getenv("XDG_RUNTIME_DIR");
+    bool const usable = runtime && std::string_view(runtime).size() < 50 && ::access(runtime, W_OK | X_OK) == 0;
+    std::string const base = usable ? runtime : "/tmp";
+    auto const key = std::filesystem::absolute(results).lexically_normal().string();
+    auto const parent = fmt::format("{}/sluice-{}", base, ::getuid());
+    auto const path = fmt::format("{}/{:016x}", parent, XXH3_64bits(key.data(), key.size()));
+    for (auto const& p : {parent, path}) {
+        ::mkdir(p.c_str(), 0700);
+        struct stat info = {};
+        bool const ours = ::lstat(p.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == ::getuid() &&
+                          (info.st_mode & 077) == 0;
+        require(ours, [&] {
+            return Error(p + ": not a directory that only this user can enter (needed for sockets).", Exit::security);
+        });
+    }
+    return path;
+}
+
+bool is_under_mpirun()
+{
+    return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr;
+}
+
+//! The transport that the scene asks for. `automatic`: MPI when one mpirun has started everybody, else ZeroMQ, and
+//! shared memory between those on one host.
+std::unique_ptr<Transport> open_transport(Scene const& scene, std::vector<Member> const& who, Members const& members,
+                                          std::filesystem::path const& directory)
+{
+    auto kind = scene.transport;
+    bool const everybody = is_under_mpirun() && std::getenv("OMPI_COMM_WORLD_SIZE") == std::to_string(who.size());
+    if (kind == TransportKind::automatic && everybody) kind = TransportKind::mpi;
+    if (kind == TransportKind::mpi) return make_mpi_transport(members);
+    Network network{.address = scene.address,
+                    .port = scene.port,
+                    .keys = scene.keys,
+                    .silence = in_milliseconds(scene.silence_timeout)};
+    if (scene.port > 0)
+        for (auto const& member : who)
+            network.hosts.push_back(scene.participants[static_cast<std::size_t>(member.participant)].host);
+    else if (scene.address.empty())
+        network.directory = socket_directory(directory);
+    if (kind == TransportKind::zmq) return make_zmq_transport(members, network);
+    return make_zmq_transport(members, network);
+}
+
+}  // namespace
+
+void Participant::Session::connect()
+{
+    status->phase = Phase::connecting;
+    mine().can_store = static_cast<bool>(save);
+    mine().columns = reads;
+    require(!group || save, [&] {
+        return Error("participant \"" + name_of_member(self) +
+                         "\" is in an implicit group, but its solver does not keep its state (needed: "
+                         "Participant::keeps()).",
+                     Exit::config);
+    });
+    if (!options.given) find_checkpoint();
+    if (members.size() > 1) {
+        Members const everybody{names, self};
+        transport = options.transport ? std::move(options.transport)
+                                      : open_transport(scene, members, everybody, options.directory);
+        meet_all();
+        transport->settle();
+    }
+    start_pace();
+    for (Greeting const& g : greetings) session = XXH3_64bits_withSeed(&g.nonce, sizeof g.nonce, session);
+    open_channels();
+    resume();
+    std::vector<InEdge> terms;
+    for (auto const& channel : in) terms.push_back(channel.terms);
+    schedule.emplace(terms, group != nullptr, std::max<std::int64_t>(0, mine().resumes));
+    open_group();
+    if (!options.given) trace = std::make_unique<Trace>(name_of_member(self));
+    status->phase = Phase::running;
+    mark_ = Clock::now();
+}
+
+std::string Participant::Session::command_of(int member) const
+{
+    auto const& who = members[static_cast<std::size_t>(member)];
+    auto const& spec = scene.participants[static_cast<std::size_t>(who.participant)];
     std::string text = spec.solver;
     for (auto const& word : spec.command) text += (text.empty() ? "" : " ") + word;
     text += " " + scene.file.string() + " --as " + spec.name + " --out " + options.directory.string();
+    if (spec.ranks > 1) text += " --rank " + std::to_string(who.rank);
+    if (options.resume) text += " --resume";
     for (auto const& change : options.overrides) text += " --set " + change;
     return text;
 }
 
-bool Participant::Session::greet(int peer)
+bool Participant::Session::greet(int member)
 {
-    auto const& mine = greetings[static_cast<std::size_t>(self)];
-    nlohmann::json const hello = {{"name", options.name}, {"nonce", mine.nonce}, {"window", mine.window},
-                                  {"exact", mine.exact},  {"scene", scene.hash}, {"canonical", scene.canonical}};
-    auto const bytes =
-        encode_text(MessageKind::hello, 0, 0, hello.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-    return transport->try_send(peer, bytes);
+    auto const& g = mine();
+    nlohmann::json hello = {
+        {"name", name_of_member(self)}, {"nonce", g.nonce},     {"window", g.window},  {"exact", g.exact},
+        {"can_store", g.can_store},     {"resumes", g.resumes}, {"scene", scene.hash}, {"canonical", scene.canonical}};
+    if (g.box) hello["box"] = {g.box->min, g.box->max};
+    for (auto const& [edge, mask] : g.columns) hello["columns"][std::to_string(edge)] = mask;
+    auto const text = hello.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return transport->try_send(member, encode_text({.kind = MessageKind::hello}, text));
 }
 
 //! Whether a peer's process on this host is alive and busy before its first window, e.g. settling a packing.
-bool Participant::Session::is_preparing(int peer) const
+bool Participant::Session::is_preparing(int member) const
 {
-    auto const& name = scene.participants[static_cast<std::size_t>(peer)].name;
-    MappedStatus const page(status_file(options.directory, name), MappedStatus::Mode::open);
+    if (options.given) return false;
+    MappedStatus const page(status_file(options.directory, name_of_member(member)), MappedStatus::Mode::open);
     return page && page->phase == Phase::preparing && page->pid > 0 && ::kill(page->pid, 0) == 0;
 }
 
 void Participant::Session::meet_all()
 {
     std::vector<char> greeted(greetings.size());
-    greeted[static_cast<std::size_t>(self)] = greetings[static_cast<std::size_t>(self)].arrived = true;
-    auto start = Clock::now();
+    greeted[static_cast<std::size_t>(self)] = mine().arrived = true;
+    auto start = transport->now();
     auto next_word = start + seconds(5);
+    auto next_look = start;
     for (;;) {
         std::string missing, commands;
-        for (int p = 0; p < static_cast<int>(greetings.size()); ++p) {
-            auto const at = static_cast<std::size_t>(p);
-            if (p != self && transport->lost(p))
+        bool preparing = false;
+        bool const look = transport->now() >= next_look;  // at others' pages: files
+        for (int m = 0; m < static_cast<int>(greetings.size()); ++m) {
+            auto const at = static_cast<std::size_t>(m);
+            if (m != self && transport->lost(m))
                 greeted[at] = greetings[at].arrived = false;  // it may be started again
-            if (!greeted[at]) greeted[at] = greet(p);
+            if (!greeted[at]) greeted[at] = greet(m);
             if (greeted[at] && greetings[at].arrived) continue;
-            missing += (missing.empty() ? "\"" : ", \"") + scene.participants[at].name + "\"";
-            commands += "\n    " + command_of(p);
-            if (p != self && is_preparing(p)) start = Clock::now();
+            auto const trouble = transport->trouble(m);
+            missing += (missing.empty() ? "\"" : ", \"") + name_of_member(m) + "\"" +
+                       (trouble.empty() ? "" : " (" + trouble + ")");
+            commands += "\n    " + command_of(m);
+            preparing = preparing || (look && m != self && is_preparing(m));
         }
         if (missing.empty()) return;
-        auto const now = Clock::now();
+        auto const now = transport->now();
+        if (look) next_look = now + milliseconds(100);
+        if (preparing) start = now;
         require(now - start < in_milliseconds(scene.connect_timeout), [&] {
-            return Error(fmt::format("participant \"{}\": {} did not come within {} s. Start with:{}", options.name,
-                                     missing, scene.connect_timeout, commands),
+            return Error(fmt::format("participant \"{}\": {} did not come within {} s. Start with:{}",
+                                     name_of_member(self), missing, scene.connect_timeout, commands),
                          Exit::timeout);
         });
         if (now > next_word) {
-            std::fprintf(stderr, "%s: waiting for %s; start with:%s\n", options.name.c_str(), missing.c_str(),
+            std::fprintf(stderr, "%s: waiting for %s; start with:%s\n", name_of_member(self).c_str(), missing.c_str(),
                          commands.c_str());
             next_word += seconds(5);
         }
-        if (auto incoming = transport->receive(milliseconds(5))) handle(*incoming);
+        if (auto const incoming = transport->receive(milliseconds(5))) handle(*incoming);
     }
 }
 
-void Participant::Session::handle_greeting(int peer, std::string const& text)
+void Participant::Session::handle_greeting(int member, std::string const& text)
 {
-    auto const& peer_name = scene.participants[static_cast<std::size_t>(peer)].name;
+    auto const& peer_name = name_of_member(member);
     auto const hello = nlohmann::json::parse(text, nullptr, false);
-    require(hello.is_object() && hello.value("name", "") == peer_name, [&] {
-        return Error("greeting from \"" + peer_name + "\" cannot be read. Do all participants run the same Sluice?",
-                     Exit::protocol);
-    });
-    auto const canonical = hello.value("canonical", "");
-    require(hello.value("scene", std::uint64_t{0}) == scene.hash && canonical == scene.canonical, [&] {
-        return Error("participants \"" + options.name + "\" and \"" + peer_name + "\" have different scenes: " +
+    auto const refuse_unless = [&](bool ok) {
+        require(ok, [&] {
+            return Error("greeting from \"" + peer_name + "\" cannot be read. Do all participants run the same Sluice?",
+                         Exit::protocol);
+        });
+    };
+    refuse_unless(hello.is_object());
+    Greeting g;
+    std::string name, canonical;
+    std::uint64_t hash = 0;
+    try {
+        name = hello.value("name", "");
+        canonical = hello.value("canonical", "");
+        hash = hello.value("scene", std::uint64_t{0});
+        g = {.arrived = true,
+             .nonce = hello.value("nonce", std::uint64_t{0}),
+             .window = hello.value("window", 0.0),
+             .exact = hello.value("exact", false),
+             .can_store = hello.value("can_store", false),
+             .resumes = hello.value("resumes", std::int64_t{-1})};
+        if (hello.contains("box")) {
+            auto const corners = hello["box"].get<std::array<std::array<double, 3>, 2>>();
+            g.box = Box{corners[0], corners[1]};
+        }
+        if (hello.contains("columns"))
+            for (auto const& [edge, mask] : hello["columns"].items()) g.columns[std::stoi(edge)] = mask;
+    } catch (std::exception const&) {  // a value of another type
+        refuse_unless(false);
+    }
+    refuse_unless(name == peer_name);
+    require(hash == scene.hash && canonical == scene.canonical, [&] {
+        return Error("participants \"" + name_of_member(self) + "\" and \"" + peer_name + "\" have different scenes: " +
                          difference(scene.canonical, canonical) + ". Give both the same file and the same --set.",
                      Exit::protocol);
     });
-    if (greetings[static_cast<std::size_t>(peer)].arrived) greet(peer);  // it was started again: it does not know us
-    greetings[static_cast<std::size_t>(peer)] = {true, hello.value("nonce", std::uint64_t{0}),
-                                                 hello.value("window", 0.0), hello.value("exact", false)};
+    auto& known = greetings[static_cast<std::size_t>(member)];
+    if (known.arrived) greet(member);  // it was started again: it does not know us
+    known = std::move(g);
 }
 
 }  // namespace sluice

@@ -1,13 +1,41 @@
 #include <sys/prctl.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <new>
+#include <sstream>
 
 #include "coupler/session.hpp"
 
 namespace sluice {
+
+namespace {
+
+std::atomic<int> terminated{0};
+
+//! SIGTERM: the run stops at the next window, with a checkpoint if it can; a second one ends the process.
+extern "C" void note_signal(int number)
+{
+    terminated = 1;
+    std::signal(number, SIG_DFL);
+}
+
+}  // namespace
+
+std::int32_t asked_by_signal()
+{
+    return terminated.load(std::memory_order_relaxed) != 0 && terminated.exchange(0) != 0
+               ? static_cast<std::int32_t>(Request::stop)
+               : 0;
+}
+
+std::int64_t Window::steps(double longest) const
+{
+    return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(length / longest - 1e-9)));
+}
 
 Participant::Participant(JoinOptions options) : session_(std::make_unique<Session>(std::move(options))) {}
 Participant::Participant(Participant&&) noexcept = default;
@@ -27,7 +55,7 @@ std::filesystem::path const& Participant::directory() const
 }
 Reader Participant::config()
 {
-    return session_->loaded.configs[static_cast<std::size_t>(session_->self)];
+    return session_->loaded.configs[static_cast<std::size_t>(session_->participant)];
 }
 bool Participant::checking() const
 {
@@ -42,7 +70,7 @@ void refuse_other(Participant::Session& session, bool outgoing, std::vector<std:
     for (auto const& name : known) list += (list.empty() ? "" : ", ") + name;
     for (Edge const& edge : session.scene.edges) {
         auto const& data = session.scene.data[static_cast<std::size_t>(edge.data)].name;
-        if ((outgoing ? edge.from : edge.to) != session.self) continue;
+        if ((outgoing ? edge.from : edge.to) != session.participant) continue;
         if (std::find(known.begin(), known.end(), data) != known.end()) continue;
         auto problem = edge.place;
         problem.text = edge.path + " = " + data + ": \"" + session.options.name + "\" cannot " +
@@ -52,13 +80,21 @@ void refuse_other(Participant::Session& session, bool outgoing, std::vector<std:
     }
 }
 
+Error no_such_edge(std::string const& name, char const* does, std::string_view data, char const* where,
+                   std::string_view partner)
+{
+    return Error("participant \"" + name + "\" " + does + " " + std::string(data) + where + std::string(partner) +
+                     "\", but the scene has no such coupling.",
+                 Exit::internal);
+}
+
 //! The names at the far end of the edges that carry `data` and have this participant at the near end.
 std::vector<std::string> partners(Participant::Session const& session, std::string_view data, int Edge::*near,
                                   int Edge::*far)
 {
     std::vector<std::string> names;
     for (Edge const& edge : session.scene.edges)
-        if (edge.*near == session.self && session.scene.data[static_cast<std::size_t>(edge.data)].name == data)
+        if (edge.*near == session.participant && session.scene.data[static_cast<std::size_t>(edge.data)].name == data)
             names.push_back(session.scene.participants[static_cast<std::size_t>(edge.*far)].name);
     return names;
 }
@@ -76,9 +112,75 @@ void Participant::takes(std::vector<std::string> const& data)
 
 void Participant::propose_window(double seconds, bool exact)
 {
-    auto& mine = session_->greetings[static_cast<std::size_t>(session_->self)];
-    mine.window = seconds;
-    mine.exact = exact;
+    session_->mine().window = seconds;
+    session_->mine().exact = exact;
+}
+
+void Participant::reads(std::string_view data, std::vector<std::string> const& columns)
+{
+    for (auto& channel : session_->in) {
+        if (channel.spec.name != data || channel.terms.inside) continue;  // a group iterates on all columns
+        std::uint32_t mask = 0;
+        for (auto const& wanted : columns) {
+            auto const& all = channel.spec.columns;
+            auto const at = std::find_if(all.begin(), all.end(), [&](auto const& c) { return c.name == wanted; });
+            require(at != all.end(), [&] {
+                return Error("participant \"" + name() + "\" reads " + channel.spec.name + "." + wanted +
+                                 ", which is no column of it.",
+                             Exit::internal);
+            });
+            mask |= 1u << (at - all.begin());
+        }
+        session_->reads[channel.number] = mask;
+        for (auto& origin : channel.origins)
+            origin.decoder = FrameDecoder(channel.spec, session_->scene.dimension, mask);
+    }
+}
+
+void Participant::covers(Box const& box)
+{
+    session_->mine().box = box;
+}
+
+void Participant::keeps(std::function<void(State&)> save, std::function<void(State const&)> restore)
+{
+    session_->save = std::move(save);
+    session_->restore = std::move(restore);
+}
+
+bool Participant::resumes() const
+{
+    return session_->options.resume;
+}
+
+double Participant::resumed_at() const
+{
+    return session_->resumed_at;
+}
+
+void Participant::next_window(double seconds)
+{
+    session_->set_next_window(seconds);
+}
+
+void Participant::end_run(std::string const& why)
+{
+    session_->end_run(why);
+}
+
+void Participant::request_checkpoint()
+{
+    session_->status->request.fetch_or(static_cast<std::int32_t>(Request::checkpoint));
+}
+
+int Participant::rank() const
+{
+    return session_->options.rank;
+}
+
+int Participant::ranks() const
+{
+    return session_->scene.participants[static_cast<std::size_t>(session_->participant)].ranks;
 }
 
 void Participant::write(std::string_view to, std::string_view data, std::span<std::int64_t const> ids,
@@ -86,15 +188,13 @@ void Participant::write(std::string_view to, std::string_view data, std::span<st
 {
     auto& s = *session_;
     for (auto& channel : s.out) {
-        auto const& spec = s.scene.data[static_cast<std::size_t>(channel.edge.data)];
+        auto const& spec = channel.spec;
         if (spec.name != data || s.scene.participants[static_cast<std::size_t>(channel.edge.to)].name != to) continue;
         require(columns.size() == spec.columns.size(), [&] {
             return Error("participant \"" + name() + "\" wrote " + std::to_string(columns.size()) + " columns of " +
                              spec.name + " (it has " + std::to_string(spec.columns.size()) + ").",
                          Exit::internal);
         });
-        channel.frame.ids.assign(ids.begin(), ids.end());
-        channel.frame.columns.resize(columns.size());
         for (std::size_t c = 0; c < columns.size(); ++c) {
             auto const width = static_cast<std::size_t>(components(spec.columns[c].shape, s.scene.dimension));
             require(columns[c].size() == ids.size() * width, [&] {
@@ -103,27 +203,50 @@ void Participant::write(std::string_view to, std::string_view data, std::span<st
                                  std::to_string(width) + " for each of " + std::to_string(ids.size()) + " points).",
                              Exit::internal);
             });
-            channel.frame.columns[c].assign(columns[c].begin(), columns[c].end());
         }
-        channel.written = true;
-        return;
+        return s.write(channel, ids, columns);
     }
-    throw Error("participant \"" + name() + "\" writes " + std::string(data) + " to \"" + std::string(to) +
-                    "\", but the scene has no such coupling.",
-                Exit::internal);
+    throw no_such_edge(name(), "writes", data, " to \"", to);
 }
 
 Samples Participant::read(std::string_view from, std::string_view data, Window const& window)
 {
     auto& s = *session_;
-    for (auto& channel : s.in) {
-        auto const& spec = s.scene.data[static_cast<std::size_t>(channel.edge.data)];
-        if (spec.name == data && s.scene.participants[static_cast<std::size_t>(channel.edge.from)].name == from)
+    for (auto& channel : s.in)
+        if (channel.spec.name == data && s.scene.participants[static_cast<std::size_t>(channel.edge.from)].name == from)
             return {channel, window};
+    throw no_such_edge(name(), "reads", data, " from \"", from);
+}
+
+void Participant::write_values(std::string_view to, std::string_view data, std::span<double const> values)
+{
+    static constexpr std::int64_t one_point[] = {0};
+    std::vector<std::span<double const>> columns;
+    for (auto const& channel : session_->out) {
+        if (channel.spec.name != data) continue;
+        columns.clear();
+        std::size_t at = 0;
+        for (auto const& column : channel.spec.columns) {
+            auto const width = static_cast<std::size_t>(components(column.shape, scene().dimension));
+            columns.push_back(values.subspan(std::min(at, values.size()), std::min(width, values.size() - at)));
+            at = std::min(at + width, values.size());
+        }
+        break;
     }
-    throw Error("participant \"" + name() + "\" reads " + std::string(data) + " from \"" + std::string(from) +
-                    "\", but the scene has no such coupling.",
-                Exit::internal);
+    write(to, data, one_point, columns);
+}
+
+std::vector<double> Participant::read_values(std::string_view from, std::string_view data, Window const& window)
+{
+    std::vector<double> values;
+    for (auto const& column : read(from, data, window).columns(window.end))
+        values.insert(values.end(), column.begin(), column.end());
+    return values;
+}
+
+bool Participant::accepted(Window const&)
+{
+    return session_->settle();
 }
 
 std::vector<std::string> Participant::receivers(std::string_view data) const
@@ -174,12 +297,17 @@ void Participant::note(std::string_view text)
     session_->status.note(text);
 }
 
-void Participant::finish()
+int Participant::finish()
 {
-    session_->leave();
-    session_->write_summary(0);
-    session_->status->exit = 0;
-    session_->status->phase = Phase::done;
+    auto& s = *session_;
+    s.leave();
+    auto const exit = static_cast<int>(!s.stopped                 ? Exit::ok
+                                       : s.status->can_store != 0 ? Exit::stopped
+                                                                  : Exit::interrupted);
+    s.write_summary(exit);
+    s.status->exit = exit;
+    s.status->phase = Phase::done;
+    return exit;
 }
 
 void Participant::fail(Error const& error) noexcept
@@ -191,14 +319,25 @@ void Participant::fail(Error const& error) noexcept
     } catch (...) {  // the disk may be full: the message below still reaches the user
     }
     s.status.fail(error.what(), static_cast<int>(error.exit()), s.consequence);
-    bool const mpi = s.transport && s.scene.transport == TransportKind::mpi;
-    if (mpi && !s.options.check) {
-        std::fprintf(stderr, "%s: %s\n", s.options.name.c_str(), error.what());
+    if (s.transport && s.transport->kind() == "mpi" && !s.options.check) {
+        std::fprintf(stderr, "%s: %s\n", s.name_of_member(s.self).c_str(), error.what());
         s.transport->give_up(static_cast<int>(error.exit()));
     }
 }
 
 namespace {
+
+//! Which of its program's processes this is, when mpirun started it: Open MPI tells how many each program has.
+int rank_under_mpirun()
+{
+    char const* const world = std::getenv("OMPI_COMM_WORLD_RANK");
+    char const* const sizes = std::getenv("OMPI_APP_CTX_NUM_PROCS");
+    if (!world) return 0;
+    int rank = std::atoi(world);
+    std::istringstream programs(sizes ? sizes : "");
+    for (int size; programs >> size && rank >= size;) rank -= size;
+    return rank;
+}
 
 int parse(int argc, char** argv, JoinOptions& options)
 {
@@ -208,6 +347,9 @@ int parse(int argc, char** argv, JoinOptions& options)
     app.add_option("--out", options.directory, "directory of the run, the same for all participants (runs/SCENE)");
     app.add_option("--set", options.overrides, "path=value: change the scene, the same for all participants")
         ->allow_extra_args(false);
+    app.add_option("--rank", options.rank,
+                   "which of the participant's processes this is, from 0 (under mpirun: known)");
+    app.add_flag("--resume", options.resume, "go on from the newest complete checkpoint of the run");
     app.add_flag("--check", options.check, "read and check the configuration, then stop");
     app.set_version_flag("--version", SLUICE_VERSION);
     try {
@@ -215,6 +357,7 @@ int parse(int argc, char** argv, JoinOptions& options)
     } catch (CLI::ParseError const& e) {
         return app.exit(e) == 0 ? 0 : static_cast<int>(Exit::config);
     }
+    if (app.count("--rank") == 0) options.rank = rank_under_mpirun();
     if (options.directory.empty()) options.directory = std::filesystem::path("runs") / options.scene.stem();
     return -1;
 }
@@ -223,8 +366,8 @@ int solve_and_finish(Participant& self, std::function<void(Participant&)> const&
 {
     try {
         solve(self);
-        if (!self.checking()) self.finish();
-        return 0;
+        if (self.checking()) return 0;
+        return self.finish();
     } catch (Error const& e) {
         self.fail(e);
         std::fprintf(stderr, "%s\n", e.what());
@@ -249,6 +392,7 @@ int run(int argc, char** argv, std::function<void(Participant&)> const& solve)
     JoinOptions options;
     if (int const code = parse(argc, argv, options); code >= 0) return code;
     std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGTERM, note_signal);
     if (std::getenv(parent_death)) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     try {
         Participant self(std::move(options));

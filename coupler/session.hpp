@@ -6,8 +6,11 @@
 
 #include "coupler/base/name_lock.hpp"
 #include "coupler/base/status_page.hpp"
+#include "coupler/base/ticks.hpp"
 #include "coupler/channel.hpp"
+#include "coupler/record/checkpoint.hpp"
 #include "coupler/record/trace.hpp"
+#include "coupler/schedule/acceleration.hpp"
 
 namespace sluice {
 
@@ -18,50 +21,99 @@ inline std::chrono::milliseconds in_milliseconds(double s)
     return std::chrono::milliseconds(static_cast<std::int64_t>(s * 1000));
 }
 
-//! What a participant said about itself at the handshake.
+//! One process of the run, as the transport numbers them: by participant, then by rank.
+struct Member
+{
+    int participant = 0;
+    int rank = 0;
+};
+std::vector<Member> members_of(Scene const& scene);
+//! "grains", or "water:1" where a participant has several processes. Names its status page and its checkpoint part.
+std::string name_of(Scene const& scene, Member const& member);
+
+//! What a process said about itself at the handshake.
 struct Greeting
 {
     bool arrived = false;
     std::uint64_t nonce = 0;
     double window = 0;  //!< proposed, s; 0: none
     bool exact = false;
+    bool can_store = false;                     //!< its solver keeps its state
+    std::int64_t resumes = -1;                  //!< window of the checkpoint that it goes on from; -1: none
+    std::optional<Box> box = {};                //!< the part of space that it covers
+    std::map<int, std::uint32_t> columns = {};  //!< per in-edge that does not read all of them: which
 };
 
-//! The length that all proposals allow. Every participant computes the same from the same greetings.
+//! The length that all proposals allow. Every process computes the same from the same greetings.
 //! Throws Error (exit 2) if nobody proposes one, or if exact ones do not divide the window.
 double choose_window(Scene const& scene, std::vector<Greeting> const& greetings);
+
+//! When windows begin and end. The process that paces the run decides, the others are told.
+struct Pace
+{
+    Timescale scale;
+    std::int64_t end = 0;                     //!< ticks; the last window ends here, or behind it where steps are exact
+    std::int64_t grain = 1;                   //!< ticks; every window is a multiple
+    std::int64_t length = ticks_per_window;   //!< of the next window
+    bool exact = false;                       //!< no window may be cut short
+    std::string why_over = {};                //!< not empty: the solver ends the run with the next window
+    std::int32_t requests = 0;                //!< bits of Request
+    Clock::time_point stored = Clock::now();  //!< when the last checkpoint was taken
+    std::int64_t stored_window = 0;
+};
+
+//! What a signal asked of this process since the last call: bits of Request.
+std::int32_t asked_by_signal();
 
 //! Everything behind a Participant. Order of life: configuration, connect(), windows, leave().
 struct Participant::Session
 {
     explicit Session(JoinOptions options);
 
-    void connect();                //!< transport, handshake, window length
+    void connect();                //!< transport, handshake, window length, the state that is resumed
     bool advance(Window& window);  //!< exchanges until the next window can be computed; false: the run is over
-    void leave();                  //!< all have sent everything
+    bool settle();                 //!< after the solver's last write: true: the window stands
+    void write(OutChannel& channel, std::span<std::int64_t const> ids,
+               std::vector<std::span<double const>> const& columns);
+    void set_next_window(double seconds);
+    void end_run(std::string const& why);
+    void leave();  //!< all have sent everything
     void tell_peers(std::string const& why) noexcept;
     void write_summary(int exit) const;
-    Error lost_peer(int peer) const;
-    std::string command_of(int participant) const;
+    Error lost_peer(int member) const;
+    std::string command_of(int member) const;
     std::string where() const;  //!< "window 12 of 500 (t = 0.34 s)"
+    std::string const& name_of_member(int member) const { return names[static_cast<std::size_t>(member)]; }
+    Greeting& mine() { return greetings[static_cast<std::size_t>(self)]; }
+    bool paces() const { return self == pacer; }
 
     JoinOptions options;
     LoadedScene loaded;
     Scene const& scene;
-    int self = -1;
+    std::vector<Member> members;
+    std::vector<std::string> names;  //!< of members
+    int participant = -1;            //!< which of the scene's this process belongs to
+    int self = -1;                   //!< which member it is
+    int pacer = 0;                   //!< which member paces the run
+    ImplicitGroup const* group = nullptr;
     std::unique_ptr<NameLock> lock;  //!< on the name, in the run's directory
     MappedStatus status;
     std::unique_ptr<Transport> transport;
-    std::vector<Greeting> greetings;
-    std::vector<char> said_bye;
+    std::vector<Greeting> greetings;  //!< per member
+    std::vector<char> said_bye;       //!< per member
     std::uint64_t session = 0;
     std::vector<Samples::Source> in;
     std::vector<OutChannel> out;
     std::optional<Schedule> schedule;
-    double window_length = 0;
-    std::int64_t window_count = 0;
+    std::map<int, std::uint32_t> reads;  //!< per in-edge: the columns that the solver reads
+    std::function<void(State&)> save;
+    std::function<void(State const&)> restore;
+    Pace pace;
+    double window_length = 0;  //!< of the first window, s
+    double resumed_at = 0;     //!< s
     bool consequence = false;  //!< this one stops because another one did
     bool computing = false;    //!< between two windows the solver has the word
+    bool stopped = false;      //!< with a checkpoint, before the end
     nlohmann::ordered_json facts = nlohmann::ordered_json::object();
     nlohmann::ordered_json warnings = nlohmann::ordered_json::array();
     nlohmann::ordered_json skipped = nlohmann::ordered_json::array();
@@ -69,19 +121,93 @@ struct Participant::Session
     std::unique_ptr<Trace> trace;
 
  private:
-    void send(int peer, std::span<std::byte const> bytes, Clock::time_point deadline);
-    bool greet(int peer);  //!< false: no connection yet
+    void wait_for(int member,
+                  std::function<bool()> const& done);  //!< takes in messages until done(); a peer that is lost ends it
+    void send(int member, std::span<std::byte const> bytes, Clock::time_point deadline);
+    std::span<std::byte> room_for(int member, std::size_t size);
+    void commit(int member, std::size_t size);
+    void stalled(int member, Clock::time_point deadline);
+    void broadcast(std::span<std::byte const> bytes);
+
+    bool greet(int member);  //!< false: no connection yet
     void meet_all();
+    void handle_greeting(int member, std::string const& text);
+    bool is_preparing(int member) const;
+
     void handle(Transport::Incoming const& incoming);
-    void handle_greeting(int peer, std::string const& text);
-    bool is_preparing(int peer) const;
-    void await_credit(OutChannel& channel, std::int64_t frame);
-    void send_frames(std::int64_t frame);
-    void await_frame(int edge);
+    void open_channels();
+    void await_credit(OutChannel& channel, OutChannel::Target& target, std::int64_t frame);
+    void emit(OutChannel& channel, std::int64_t frame, std::uint32_t iteration, std::span<std::int64_t const> ids,
+              std::vector<std::span<double const>> const& columns);
+    void emit_kept(std::int64_t frame);
+    void require_written(std::int64_t frame) const;
+    void await_frame(Action const& action);
+    void end_computing();
+
+    void start_pace();
+    void require_pace(char const* what) const;
+    void plan_window(std::int64_t window);
+    Plan next_plan(std::int64_t window);
+    void take_plan(int member, Header const& header);
+    void look_for_requests();
+    void take_request(std::int32_t bits);
+    bool all_can_store() const;
+    void store(std::int64_t window);
+    void take_report(int member, std::int64_t window, std::string const& line);
+    void finish_checkpoint();
+    State state_before(std::int64_t window) const;
+    void find_checkpoint();
+    void resume();
+
+    void take_frame(Samples::Source& channel, Action const& action);
+    void begin_group_window();
+    bool agree(std::int64_t window, std::uint32_t iteration);  //!< true: the window stands
+    void take_verdict(int member, Header const& header, std::vector<double> numbers);
+    void open_group();
+    void stand();
+    bool in_group(int member) const;
+    void gather_summaries(std::int64_t window, std::uint32_t iteration, std::vector<std::vector<double>>& summaries);
+    void put_group_state(State& state) const;
+    void take_group_state(State const& state);
+
+    void open_window(Window& window, Action const& action);
     void book(Activity activity);  //!< the time since the last call
 
+    Plan plan_;
+    std::deque<Plan> told_;  //!< by the one who paces, not used yet
+    std::int64_t next_planned_ = 0;
+    std::int64_t begin_ = 0;  //!< of the window to be planned, ticks
+    std::unique_ptr<CheckpointStore> store_;
+    std::optional<Manifest> pending_;  //!< the checkpoint that is being written: parts that have been reported
+    std::vector<std::pair<int, std::string>> early_reports_;
+    std::optional<State> resumed_;      //!< what this process stored
+    std::optional<Plan> resumed_plan_;  //!< of the window that the checkpoint was taken before
+    std::vector<std::int64_t> waited_;  //!< per participant, ns
+    std::int64_t iterations_ = 0, unconverged_ = 0;
+    std::optional<State> resumed_group_;
+
+    //! In an implicit group: the solver's state before the window, the unknowns that this process holds, who holds the
+    //! others, and what they said.
+    struct Block
+    {
+        std::size_t channel;  //!< index into `in`
+        int number;
+        AccelerationBlock numerics;
+    };
+    struct Said
+    {
+        std::int64_t window;
+        std::uint32_t iteration;
+        std::vector<double> numbers;
+    };
+    State before_;
+    AccelerationConfig acceleration_;
+    std::vector<Block> blocks_;
+    std::vector<int> owners_;                 //!< per block of the group: which member holds it
+    std::vector<std::deque<Said>> verdicts_;  //!< per member
     Clock::time_point start_ = Clock::now();
     Clock::time_point mark_ = Clock::now();
+    Clock::time_point looked_ = Clock::now();
 };
 
 }  // namespace sluice

@@ -33,6 +33,7 @@ struct DataSpec
     std::string name;
     std::vector<ColumnSpec> columns;
     bool meshless = false;  //!< one point without a place: a number, a signal
+    bool additive = false;  //!< what several processes say of one point adds up, e.g. parts of a force
     bool operator==(DataSpec const&) const = default;
 };
 
@@ -45,12 +46,14 @@ inline std::vector<DataSpec> const& vocabulary()
           {"velocity", Shape::vector, "m/s"},
           {"angular_velocity", Shape::spin, "rad/s"},
           {"radius", Shape::scalar, "m"}},
+         false,
          false},
-        {"load", {{"force", Shape::vector, "N"}, {"torque", Shape::spin, "N m"}}, false},
+        {"load", {{"force", Shape::vector, "N"}, {"torque", Shape::spin, "N m"}}, false, true},
         {"phase",
          {{"position", Shape::vector, "m"}, {"velocity", Shape::vector, "m/s"}, {"solid_volume", Shape::scalar, "m3"}},
+         false,
          false},
-        {"body_force", {{"force", Shape::vector, "N"}}, false},
+        {"body_force", {{"force", Shape::vector, "N"}}, false, true},
     };
     return data;
 }

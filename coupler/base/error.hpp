@@ -18,6 +18,7 @@ enum class Exit : int
     io = 7,         //!< disk full, file not readable, package missing
     security = 8,   //!< refused for safety
     internal = 70,  //!< a bug of ours
+    stopped = 75,   //!< stopped as asked, with a checkpoint: the run can be resumed
     interrupted = 130,
 };
 

@@ -19,6 +19,13 @@ enum class Phase : std::int32_t
     failed
 };
 
+//! What a user may ask of a run while it goes on.
+enum class Request : std::int32_t
+{
+    checkpoint = 1,  //!< store the state
+    stop = 2         //!< and stop then; without a state to store, stop at the next window's begin
+};
+
 //! A small file in the run's directory that a participant maps and keeps up to date at no cost, and that `sluice run`
 //! reads: progress, and after a failure who stopped where and why. Each participant writes its own page only.
 struct StatusPage
@@ -33,6 +40,9 @@ struct StatusPage
     std::atomic<double> time{0};               //!< simulated seconds
     std::atomic<std::int32_t> exit{-1};        //!< exit code, once known
     std::atomic<std::int32_t> consequence{0};  //!< 1: it stopped because another one did
+    std::atomic<std::int32_t> request{0};      //!< bits of Request, set by `sluice`, taken by the participant
+    std::atomic<std::int32_t> can_store{0};    //!< 1: its state can be stored
+    std::atomic<std::int64_t> checkpoint{-1};  //!< window of the newest complete checkpoint that it knows of
     char note[256] = {};                       //!< what it does now, e.g. "settling the packing"
     char message[16384] = {};                  //!< why it failed
 };

@@ -31,7 +31,7 @@ void require_executables(LoadedScene& loaded)
     std::string list;
     for (auto const& name : here) list += (list.empty() ? "" : ", ") + name;
     for (auto const& spec : loaded.scene.participants) {
-        auto const& name = spec.solver.empty() ? spec.command.at(0) : spec.solver;
+        auto const name = program_of(spec)[0];
         if (name.empty() || !find_executable(name).empty()) continue;
         auto problem = spec.place;
         auto const near = nearest(name, here);
@@ -118,7 +118,7 @@ class Answers
 std::vector<std::string> program_of(ParticipantSpec const& spec)
 {
     auto words = spec.command.empty() ? std::vector{spec.solver} : spec.command;
-    auto const found = find_executable(words[0]);
+    auto const found = words[0].empty() ? std::filesystem::path() : find_executable(words[0]);
     if (!found.empty()) words[0] = found.string();
     return words;
 }

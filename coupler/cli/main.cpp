@@ -1,111 +1,106 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <iostream>
+#include <functional>
 
 #include "coupler/base/error.hpp"
-#include "coupler/base/name_lock.hpp"
-#include "coupler/cli/check.hpp"
-#include "coupler/cli/collect.hpp"
-#include "coupler/cli/graph.hpp"
-#include "coupler/cli/launch.hpp"
-#include "coupler/record/atomic_file.hpp"
+#include "coupler/cli/commands.hpp"
 
+// The command line's grammar. One file, since CLI11 costs 3 s each time it is compiled; what the commands do is
+// elsewhere.
 namespace {
 
 using namespace sluice;
-using std::filesystem::path;
 
-//! Keeps a second run out of a directory while one is going on there.
-NameLock lock_directory(path const& directory)
+//! A command's name, and what it does.
+using Actions = std::vector<std::pair<CLI::App*, std::function<int()>>>;
+
+void add_scene(CLI::App* command, Options& o)
 {
-    std::error_code error;
-    std::filesystem::create_directories(directory / ".sluice", error);
-    require(!error, [&] { return Error(directory.string() + ": " + error.message() + ". Use --out.", Exit::io); });
-    return NameLock(directory / ".sluice" / "run.lock", directory.string() + ": another run is going on there");
+    command->add_option("SCENE", o.choice.scene, "the scene (YAML)")->required();
+    command->add_option("--set", o.choice.overrides, "path=value: change the scene, e.g. time.end=0.1")
+        ->allow_extra_args(false);
 }
 
-struct Options
+void add_run(CLI::App& app, Options& o, Actions& actions)
 {
-    SceneChoice choice;
-    path directory;
-    bool quiet = false;
-    bool report = true;
-    path picture;
-    std::vector<path> runs;
-    path page;
-};
-
-int run_scene(Options& o)
-{
-    if (o.directory.empty()) o.directory = path("runs") / o.choice.scene.stem();
-    auto const checked = check_scene(o.choice);
-    Scene const& scene = checked.loaded.scene;
-    NameLock const lock = lock_directory(o.directory);
-    write_atomically(o.directory / "scene.yaml", scene.text);
-    if (!o.quiet)
-        for (auto const& remark : checked.remarks) std::fputs(remark.c_str(), stderr);
-    Progress progress(scene, o.quiet);
-    auto const ending = launch(scene, o.directory, progress);
-    if (ending.exit != 0) std::fprintf(stderr, "%s\n", ending.message.c_str());
-    try {
-        auto const summary = collect(scene, o.directory, ending);
-        if (!o.quiet) std::fputs(time_table(summary).c_str(), stdout);
-    } catch (Error const& e) {  // what ended the run goes before what cannot be put together
-        if (ending.exit == 0) throw;
-        std::fprintf(stderr, "%s\n", e.what());
-    }
-    if (ending.exit != 0) return ending.exit;
-    std::string why_not;
-    if (o.report && !make_report({o.directory}, o.directory / "report.html", why_not))
-        std::fprintf(stderr, "%s\n", why_not.c_str());
-    if (!o.quiet) std::printf("results: %s\n", o.directory.c_str());
-    return 0;
+    auto* const run = app.add_subcommand("run", "start every participant of a scene, show progress, collect results");
+    add_scene(run, o);
+    run->add_option("--out", o.directory, "directory for results (runs/SCENE)");
+    run->add_flag("--quiet", o.quiet, "say nothing but errors");
+    run->add_flag("!--no-report", o.report, "make no report.html");
+    run->add_flag("--json", o.json, "print summary.json at the end");
+    actions.emplace_back(run, [&o] { return run_command(o); });
 }
 
-int check_only(Options const& o)
+void add_before_run(CLI::App& app, Options& o, Actions& actions)
 {
-    auto const checked = check_scene(o.choice);
-    if (!o.quiet)
-        for (auto const& remark : checked.remarks) std::fputs(remark.c_str(), stdout);
-    std::printf("%s: ok\n", o.choice.scene.c_str());
-    return 0;
+    auto* const check = app.add_subcommand("check", "find every mistake of a scene without running it");
+    add_scene(check, o);
+    check->add_flag("--quiet", o.quiet, "say nothing but errors");
+    check->add_flag("--json", o.json, "mistakes and the rehearsed schedule as JSON");
+    actions.emplace_back(check, [&o] { return check_command(o); });
+    auto* const graph = app.add_subcommand("graph", "the topology as DOT, or as a picture");
+    add_scene(graph, o);
+    graph->add_option("-o,--output", o.picture, "a file ending in .svg, .png or .pdf");
+    graph->add_flag("--json", o.json, "the topology as JSON");
+    actions.emplace_back(graph, [&o] { return graph_command(o); });
 }
 
-int draw_graph(Options const& o)
+void add_schema(CLI::App& app, Options& o, Actions& actions)
 {
-    auto const loaded = load_scene(o.choice.scene, o.choice.overrides);
-    loaded.diagnostics->throw_if_any();
-    auto const dot = to_dot(loaded.scene);
-    if (o.picture.empty())
-        std::cout << dot;
-    else
-        draw(dot, o.picture);
-    return 0;
+    auto* const schema = app.add_subcommand("schema", "the keys of a scene as JSON Schema, for editors");
+    schema->add_option("-o,--output", o.page, "a file instead of standard output");
+    actions.emplace_back(schema, [&o] { return schema_command(o); });
 }
 
-int report_runs(Options& o)
+void add_after_run(CLI::App& app, Options& o, Actions& actions)
 {
-    if (o.page.empty()) o.page = o.runs[0] / (o.runs.size() == 1 ? "report.html" : "comparison.html");
-    for (auto const& run : o.runs)
-        require(std::filesystem::exists(run / "summary.json"),
-                [&] { return Error(run.string() + ": no summary.json (needed: the directory of a run).", Exit::io); });
-    std::string why_not;
-    require(make_report(o.runs, o.page, why_not), [&] { return Error(why_not, Exit::io); });
-    std::printf("%s\n", o.page.c_str());
-    return 0;
+    auto* const report = app.add_subcommand("report", "one self-contained page about a run, or comparing several");
+    report->add_option("RUN", o.runs, "directories of runs")->required();
+    report->add_option("-o,--output", o.page, "the page (report.html or comparison.html in the first directory)");
+    report->add_flag("--json", o.json, "list the files of the runs as JSON");
+    actions.emplace_back(report, [&o] { return report_command(o); });
 }
 
-//! The message of a parse error, with the nearest subcommand if that was the mistake.
+void add_help(CLI::App& app, Options& o, Actions& actions)
+{
+    auto* const explain = app.add_subcommand("explain", "what an exit code or a message means, and what to do");
+    explain->add_option("WORD", o.word, "an exit code or a word of a message; without: everything there is");
+    explain->add_flag("--json", o.json, "as JSON");
+    actions.emplace_back(explain, [&o] { return explain_command(o); });
+}
+
+//! The nearest command or option, where a word on the command line is neither; empty if that was not the mistake.
 std::string advice(CLI::App const& app, int argc, char** argv)
 {
-    if (argc < 2 || argv[1][0] == '-') return {};
-    std::vector<std::string> names;
+    if (argc < 2) return {};
+    std::vector<std::string> names, options;
+    CLI::App const* command = nullptr;
     for (auto const* sub : app.get_subcommands({})) {
-        if (sub->get_name() == argv[1]) return {};
         names.push_back(sub->get_name());
+        if (sub->get_name() == argv[1]) command = sub;
     }
-    auto const near = nearest(argv[1], names);
-    return std::string("\"") + argv[1] + "\" is not a command." + (near ? " Did you mean " + *near + "?" : "");
+    if (!command && argv[1][0] != '-')
+        return std::string("\"") + argv[1] + "\" is not a command." + did_you_mean(argv[1], names);
+    for (auto const* option : (command ? command : &app)->get_options())
+        for (auto const& name : option->get_lnames()) options.push_back("--" + name);
+    for (int i = command ? 2 : 1; i < argc; ++i) {
+        std::string_view word = argv[i];
+        if (word == "--") break;
+        word = word.substr(0, word.find('='));
+        if (!word.starts_with("--") || std::find(options.begin(), options.end(), word) != options.end()) continue;
+        return std::string(word) + " is not an option of " + (command ? "sluice " + command->get_name() : "sluice") +
+               "." + did_you_mean(word, options);
+    }
+    return {};
+}
+
+int refuse(CLI::App const& app, CLI::ParseError const& error, int argc, char** argv)
+{
+    auto const text = advice(app, argc, argv);
+    if (text.empty()) return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::config);
+    std::fprintf(stderr, "sluice: %s Try sluice --help.\n", text.c_str());
+    return static_cast<int>(Exit::config);
 }
 
 }  // namespace
@@ -113,39 +108,22 @@ std::string advice(CLI::App const& app, int argc, char** argv)
 int main(int argc, char** argv)
 {
     Options o;
+    Actions actions;
     CLI::App app{"Sluice couples solvers that run as separate executables: grains, fluid, continuum."};
     app.require_subcommand(1);
     app.set_version_flag("--version", SLUICE_VERSION);
-    auto with_scene = [&](CLI::App* sub) {
-        sub->add_option("SCENE", o.choice.scene, "the scene (YAML)")->required();
-        sub->add_option("--set", o.choice.overrides, "path=value: change the scene, e.g. time.end=0.1")
-            ->allow_extra_args(false);
-        return sub;
-    };
-    auto* const run =
-        with_scene(app.add_subcommand("run", "start every participant of a scene, show progress, collect results"));
-    run->add_option("--out", o.directory, "directory for results (runs/SCENE)");
-    run->add_flag("--quiet", o.quiet, "say nothing but errors");
-    run->add_flag("!--no-report", o.report, "make no report.html");
-    auto* const check = with_scene(app.add_subcommand("check", "find every mistake of a scene without running it"));
-    check->add_flag("--quiet", o.quiet, "say nothing but errors");
-    auto* const graph = with_scene(app.add_subcommand("graph", "the topology as DOT, or as a picture"));
-    graph->add_option("-o,--output", o.picture, "a file ending in .svg, .png or .pdf");
-    auto* const report = app.add_subcommand("report", "one self-contained page about a run, or comparing several");
-    report->add_option("RUN", o.runs, "directories of runs")->required();
-    report->add_option("-o,--output", o.page, "the page (report.html or comparison.html in the first directory)");
+    add_run(app, o, actions);
+    add_before_run(app, o, actions);
+    add_schema(app, o, actions);
+    add_after_run(app, o, actions);
+    add_help(app, o, actions);
     try {
         app.parse(argc, argv);
-        if (*run) return run_scene(o);
-        if (*check) return check_only(o);
-        if (*graph) return draw_graph(o);
-        return report_runs(o);
+        for (auto const& [command, action] : actions)
+            if (*command) return action();
+        return static_cast<int>(Exit::config);
     } catch (CLI::ParseError const& e) {
-        if (auto const text = advice(app, argc, argv); !text.empty()) {
-            std::fprintf(stderr, "sluice: %s Try sluice --help.\n", text.c_str());
-            return static_cast<int>(Exit::config);
-        }
-        return app.exit(e) == 0 ? 0 : static_cast<int>(Exit::config);
+        return refuse(app, e, argc, argv);
     } catch (Error const& e) {
         std::fprintf(stderr, "%s\n", e.what());
         return static_cast<int>(e.exit());

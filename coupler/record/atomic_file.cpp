@@ -1,76 +1,27 @@
 #include "coupler/record/atomic_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "coupler/record/descriptor.hpp"
 
 namespace sluice {
 namespace {
 
-[[noreturn]] void fail(std::filesystem::path const& path, std::string_view action, int code)
-{
-    std::string_view const advice = code == ENOSPC || code == EDQUOT ? "Free some space, or choose another folder."
-                                                                     : "Check the folder and its permissions.";
-    throw Error(
-        fmt::format("{}: cannot {}: {} (errno {}). {}", path.string(), action, std::strerror(code), code, advice),
-        Exit::io);
-}
+using Pieces = std::span<std::span<std::byte const> const>;
 
-//! An open file; closes itself. `close()` reports what the kernel kept for the end (quota, network file systems).
-class Descriptor
-{
- public:
-    Descriptor(std::filesystem::path const& path, int flags) : value_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {}
-    Descriptor(Descriptor const&) = delete;
-    Descriptor& operator=(Descriptor const&) = delete;
-    ~Descriptor()
-    {
-        if (value_ >= 0) ::close(value_);
-    }
-    int get() const noexcept { return value_; }
-    bool close() noexcept
-    {
-        int const value = value_;
-        value_ = -1;
-        return ::close(value) == 0;
-    }
-
- private:
-    int value_;
-};
-
-//! 0, or errno of what went wrong.
-int write_all(int descriptor, std::string_view bytes)
-{
-    while (!bytes.empty()) {
-        ssize_t const done = ::write(descriptor, bytes.data(), bytes.size());
-        if (done < 0 && errno == EINTR) continue;
-        if (done < 0) return errno;
-        bytes.remove_prefix(static_cast<std::size_t>(done));
-    }
-    return 0;
-}
-
-int write_aside(std::filesystem::path const& aside, std::string_view bytes, Survive survive)
+int write_aside(std::filesystem::path const& aside, Pieces pieces, Survive survive)
 {
     Descriptor file(aside, O_WRONLY | O_CREAT | O_TRUNC);
     if (file.get() < 0) return errno;
-    if (int const code = write_all(file.get(), bytes)) return code;
+    for (auto const piece : pieces)
+        if (int const code = write_all(file.get(), piece)) return code;
     if (survive == Survive::power_loss && ::fsync(file.get()) != 0) return errno;
     return file.close() ? 0 : errno;
-}
-
-int sync_folder(std::filesystem::path const& folder)
-{
-    Descriptor const handle(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY);
-    if (handle.get() < 0) return errno;
-    return ::fsync(handle.get()) == 0 || errno == EINVAL ? 0 : errno;
 }
 
 }  // namespace
@@ -79,40 +30,72 @@ void make_folder(std::filesystem::path const& folder)
 {
     std::error_code error;
     if (!folder.empty()) std::filesystem::create_directories(folder, error);
-    if (error) fail(folder, "make the folder", error.value());
+    if (error) throw_io(folder, "make the folder", error.value());
 }
 
-void write_atomically(std::filesystem::path const& path, std::string_view bytes, Survive survive)
+void sync_folder(std::filesystem::path const& folder)
+{
+    Descriptor const handle(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY);
+    if (handle.get() < 0 || (::fsync(handle.get()) != 0 && errno != EINVAL)) throw_io(folder, "sync the folder", errno);
+}
+
+void write_atomically(std::filesystem::path const& path, Pieces pieces, Survive survive)
 {
     make_folder(path.parent_path());
     std::filesystem::path aside = path;
     aside += ".partial";
-    if (int const code = write_aside(aside, bytes, survive)) {
+    if (int const code = write_aside(aside, pieces, survive)) {
         ::unlink(aside.c_str());
-        fail(path, fmt::format("write {} bytes", bytes.size()), code);
+        std::size_t bytes = 0;
+        for (auto const piece : pieces) bytes += piece.size();
+        throw_io(path, fmt::format("write {} bytes", bytes), code);
     }
     if (std::rename(aside.c_str(), path.c_str()) != 0) {
         int const code = errno;
         ::unlink(aside.c_str());
-        fail(path, "rename into place", code);
+        throw_io(path, "rename into place", code);
     }
-    if (survive == Survive::power_loss)
-        if (int const code = sync_folder(path.parent_path())) fail(path, "sync the folder", code);
+    if (survive == Survive::power_loss) sync_folder(path.parent_path());
+}
+
+void write_atomically(std::filesystem::path const& path, std::span<std::byte const> bytes, Survive survive)
+{
+    write_atomically(path, Pieces(&bytes, 1), survive);
+}
+
+void write_atomically(std::filesystem::path const& path, std::string_view text, Survive survive)
+{
+    write_atomically(path, std::as_bytes(std::span(text)), survive);
 }
 
 std::string read_file(std::filesystem::path const& path)
 {
     Descriptor const file(path, O_RDONLY);
-    if (file.get() < 0) fail(path, "open", errno);
+    if (file.get() < 0) throw_io(path, "open", errno);
     std::string text;
     char buffer[1 << 16];
     for (;;) {
-        ssize_t const count = ::read(file.get(), buffer, sizeof buffer);
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) fail(path, "read", errno);
-        if (count == 0) return text;
+        auto const count = read_full(file.get(), std::as_writable_bytes(std::span(buffer)));
+        if (count < 0) throw_io(path, "read", errno);
         text.append(buffer, static_cast<std::size_t>(count));
+        if (count < static_cast<std::ptrdiff_t>(sizeof buffer)) return text;
     }
+}
+
+std::string read_file(std::filesystem::path const& path, std::uint64_t most)
+{
+    Descriptor const file(path, O_RDONLY | O_NONBLOCK);
+    if (file.get() < 0) throw_io(path, "open", errno);
+    auto const length = length_of(file, path);
+    require(length <= most, [&] {
+        return Error(fmt::format("{}: {} bytes long (at most {}). Is it the right file?", path.string(), length, most),
+                     Exit::io);
+    });
+    std::string text(length, '\0');
+    auto const count = read_full(file.get(), std::as_writable_bytes(std::span(text)));
+    if (count < 0) throw_io(path, "read", errno);
+    text.resize(static_cast<std::size_t>(count));
+    return text;
 }
 
 }  // namespace sluice

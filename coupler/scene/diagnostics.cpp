@@ -39,9 +39,9 @@ bool Diagnostics::is_overridden(Problem const& problem) const
     });
 }
 
-std::vector<std::string> Diagnostics::sorted() const
+std::vector<std::string> Diagnostics::sorted(std::vector<Problem> const& some) const
 {
-    auto by_place = problems;
+    auto by_place = some;
     std::stable_sort(by_place.begin(), by_place.end(), [](Problem const& a, Problem const& b) {
         return std::pair(a.line, a.column) < std::pair(b.line, b.column);
     });

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "coupler/scene/key.hpp"
+
 namespace sluice {
 
 //! One mistake in a scene: where (1-based, columns count characters) and what.
@@ -23,8 +25,10 @@ struct Diagnostics
     std::vector<std::string_view> lines;  //!< of `text`; empty if every character of it is one byte
     std::string text;
     std::vector<Problem> problems;
+    std::vector<Problem> warnings;        //!< no mistakes, but worth a look
     std::vector<std::string> overridden;  //!< paths given by --set: their mistakes have no place in the file
     std::vector<std::pair<std::string, std::string>> effective;  //!< path, value: everything read, defaults filled in
+    std::vector<Key>* keys = nullptr;  //!< where readers write down what they ask for; nullptr: nowhere
 
     Diagnostics() = default;
     Diagnostics(Diagnostics const&) = delete;  // `lines` looks into `text`
@@ -36,7 +40,8 @@ struct Diagnostics
     int column(int line, int offset) const;
 
     //! The problems by line, each once, as `file:line:column: text` or `file: --set: text`.
-    std::vector<std::string> sorted() const;
+    std::vector<std::string> sorted() const { return sorted(problems); }
+    std::vector<std::string> sorted(std::vector<Problem> const& some) const;
     //! Throws one Error (exit 2) listing every problem; nothing if there is none.
     void throw_if_any() const;
     //! Is this problem about something given by --set?

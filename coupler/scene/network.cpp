@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 
 #include "coupler/scene/parts.hpp"
 
@@ -12,10 +11,16 @@ constexpr int first_port = 1024, last_port = 65535;
 //! 127.A.B.C with numbers only: a name could lead anywhere.
 bool is_loopback_number(std::string const& host)
 {
-    int part[3] = {}, length = 0;
-    int const found = std::sscanf(host.c_str(), "127.%3d.%3d.%3d%n", &part[0], &part[1], &part[2], &length);
-    return found == 3 && static_cast<std::size_t>(length) == host.size() &&
-           std::all_of(part, part + 3, [](int p) { return p >= 0 && p < 256; });
+    if (!host.starts_with("127.")) return false;
+    int parts = 1;
+    for (std::size_t at = 4; at <= host.size(); ++parts) {
+        auto const end = std::min(host.find('.', at), host.size());
+        auto const part = host.substr(at, end - at);
+        bool const number = !part.empty() && part.size() <= 3 && part.find_first_not_of("0123456789") == part.npos;
+        if (!number || std::stoi(part) > 255) return false;
+        at = end + 1;
+    }
+    return parts == 4;
 }
 
 //! tcp://127.A.B.C:PORT
@@ -26,7 +31,7 @@ bool is_loopback_address(std::string const& address)
     if (!address.starts_with(scheme) || colon <= scheme.size()) return false;
     auto const port = address.substr(colon + 1);
     bool const number = port.size() >= 4 && port.size() <= 5 && port.find_first_not_of("0123456789") == port.npos;
-    return number && std::stoi(port) >= first_port && std::stoi(port) <= 65000 &&
+    return number && port[0] != '0' && std::stoi(port) >= first_port && std::stoi(port) <= 65000 &&
            is_loopback_number(address.substr(scheme.size(), colon - scheme.size()));
 }
 
@@ -105,7 +110,7 @@ void check_hosts(Reader& root, Scene const& scene, bool secured)
 
 std::string read_host(Reader& participant)
 {
-    auto const host = participant.text_if("host");
+    auto const host = participant.word_if("host");
     auto const known = [](char c) {
         return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
                std::string_view(".-_:").find(c) != std::string::npos;
@@ -118,7 +123,7 @@ std::string read_host(Reader& participant)
 void read_network(Reader& root, Scene& scene)
 {
     scene.transport = static_cast<TransportKind>(root.choice_or("transport", 0, {"auto", "shm", "zmq", "mpi"}));
-    scene.address = root.text_or("address", "ipc");
+    scene.address = root.word_or("address", "ipc");
     if (scene.address == "ipc") scene.address.clear();
     bool const tcp = !scene.address.empty();
     if (tcp && (scene.transport == TransportKind::mpi || scene.transport == TransportKind::shm))
@@ -127,7 +132,7 @@ void read_network(Reader& root, Scene& scene)
         root.refuse("address",
                     "(must be ipc or tcp://127.0.0.1:PORT, PORT from 1024 to 65000). To go beyond this host give "
                     "participants a host.");
-    scene.port = root.has("port") ? static_cast<int>(root.integer("port", {.min = first_port, .max = last_port})) : 0;
+    scene.port = static_cast<int>(root.integer_if("port", {.min = first_port, .max = last_port}).value_or(0));
     read_security(root, scene);
     scene.remote = root.words("remote");
     check_hosts(root, scene, root.has("security"));

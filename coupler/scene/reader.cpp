@@ -85,8 +85,10 @@ std::vector<std::string> Reader::keys() const
 //! Where a value stands; for a block mapping or list the parser only knows its first item, so it is where the key is.
 YAML::Mark Reader::value_mark(std::string_view key, YAML::Node const& value) const
 {
-    bool const block = !value.IsScalar() && value.Style() != YAML::EmitterStyle::Flow;
-    return block || is_nowhere(value.Mark()) ? key_node(key).Mark() : value.Mark();
+    auto const key_mark = key_node(key).Mark();
+    bool const written_null = value.IsNull() && value.Mark().line == key_mark.line;
+    bool const block = !value.IsScalar() && !written_null && value.Style() != YAML::EmitterStyle::Flow;
+    return block || is_nowhere(value.Mark()) ? key_mark : value.Mark();
 }
 
 Problem Reader::at(YAML::Mark const& mark) const
@@ -102,6 +104,7 @@ Problem Reader::place(std::string_view key) const
 
 std::optional<YAML::Node> Reader::subtree(std::string_view key)
 {
+    learn(key, {.kind = Key::Kind::open, .path = {}});
     return find(key);
 }
 
@@ -146,10 +149,25 @@ void Reader::refuse(std::string_view key, std::string const& text)
     record(value_mark(key, *node), path_of(key) + " = " + seen(*node) + " " + text);
 }
 
+void Reader::warn(std::string_view key, std::string const& text)
+{
+    auto const node = find(key);
+    auto warning = node ? at(value_mark(key, *node)) : place(key);
+    warning.text = printable(path_of(key) + (node ? " = " + seen(*node) + " " : ": ") + text);
+    if (diagnostics_->warnings.size() < most_problems) diagnostics_->warnings.push_back(warning);
+}
+
+void Reader::learn(std::string_view key, Key what) const
+{
+    if (!diagnostics_->keys) return;
+    what.path = key.empty() ? path_ : path_of(key);
+    diagnostics_->keys->push_back(std::move(what));
+}
+
 Reader Reader::child(std::string_view key)
 {
-    auto found = child_if(key);
-    if (found) return *found;
+    learn(key, {.kind = Key::Kind::mapping, .path = {}, .required = true});
+    if (auto found = find_child(key)) return *found;
     if (!has(key)) missing(key, "a mapping of keys");
     return nothing_at(key);
 }
@@ -167,6 +185,12 @@ Reader Reader::child_or_empty(std::string_view key)
 
 std::optional<Reader> Reader::child_if(std::string_view key)
 {
+    learn(key, {.kind = Key::Kind::mapping, .path = {}});
+    return find_child(key);
+}
+
+std::optional<Reader> Reader::find_child(std::string_view key)
+{
     auto const node = find(key);
     if (!node) return std::nullopt;
     if (!node->IsMap()) {
@@ -178,6 +202,7 @@ std::optional<Reader> Reader::child_if(std::string_view key)
 
 std::vector<Reader> Reader::list(std::string_view key)
 {
+    learn(key, {.kind = Key::Kind::list, .path = {}});
     std::vector<Reader> readers;
     auto const node = find(key);
     if (!node) return readers;
@@ -198,16 +223,26 @@ std::vector<Reader> Reader::list(std::string_view key)
 
 std::vector<std::pair<std::string, Reader>> Reader::children(std::string_view key)
 {
+    learn(key, {.kind = Key::Kind::named, .path = {}, .required = true});
+    if (!has(key)) missing(key, "a mapping of names");
+    return find_children(key);
+}
+
+std::vector<std::pair<std::string, Reader>> Reader::children_if(std::string_view key)
+{
+    learn(key, {.kind = Key::Kind::named, .path = {}});
+    return find_children(key);
+}
+
+std::vector<std::pair<std::string, Reader>> Reader::find_children(std::string_view key)
+{
     std::vector<std::pair<std::string, Reader>> found;
-    auto parent = child_if(key);
-    if (!parent) {
-        if (!has(key)) missing(key, "a mapping of names");
-        return found;
-    }
+    auto parent = find_child(key);
+    if (!parent) return found;
     for (auto const& name : parent->keys()) {
         bool const seen = std::any_of(found.begin(), found.end(), [&](auto const& f) { return f.first == name; });
         if (seen) continue;  // given twice: already a problem
-        auto reader = parent->child_if(name);
+        auto reader = parent->find_child(name);
         found.emplace_back(name, reader ? *reader : parent->nothing_at(name));  // the name is there, others speak of it
     }
     return found;

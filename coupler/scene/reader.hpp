@@ -18,16 +18,6 @@
 
 namespace sluice {
 
-//! Bounds on a number; a message names the one that was broken.
-struct Bounds
-{
-    double above = -std::numeric_limits<double>::infinity();  //!< x > above
-    double min = -std::numeric_limits<double>::infinity();    //!< x >= min
-    double max = std::numeric_limits<double>::infinity();     //!< x <= max
-    double below = std::numeric_limits<double>::infinity();   //!< x < below
-    std::string_view unit = "";
-};
-
 //! Reads one mapping of a scene, key by key, and knows its own path ("participants.grains.config.contact").
 //! Every getter records a Problem instead of throwing and returns a harmless value, so that all mistakes are listed
 //! at once; `finish()` reports the keys that nobody asked for and, on the outermost reader, throws the list.
@@ -40,6 +30,7 @@ class Reader
     double number_or(std::string_view key, double fallback, Bounds const& bounds = {});
     std::optional<double> number_if(std::string_view key, Bounds const& bounds = {});
     std::int64_t integer(std::string_view key, Bounds const& bounds = {});
+    std::optional<std::int64_t> integer_if(std::string_view key, Bounds const& bounds = {});
     std::int64_t integer_or(std::string_view key, std::int64_t fallback, Bounds const& bounds = {});
     //! A number, or nothing where the key is absent or says `word`, e.g. auto.
     std::optional<double> number_unless(std::string_view key, std::string_view word, Bounds const& bounds = {});
@@ -47,6 +38,10 @@ class Reader
     std::string text(std::string_view key);
     std::string text_or(std::string_view key, std::string_view fallback);
     std::string text_if(std::string_view key);  //!< absent: empty
+    //! A text that YAML does not take for a number or a flag, where it could be mistaken for one.
+    std::string word(std::string_view key);
+    std::string word_if(std::string_view key);  //!< absent: empty
+    std::string word_or(std::string_view key, std::string_view fallback);
     //! One of `choices`, returned as its index. A wrong word gets the nearest choice.
     std::size_t choice(std::string_view key, std::vector<std::string_view> const& choices);
     std::size_t choice_or(std::string_view key, std::size_t fallback, std::vector<std::string_view> const& choices);
@@ -68,7 +63,8 @@ class Reader
     Reader child_or_empty(std::string_view key);           //!< a mapping; one without keys if it is absent
     std::optional<Reader> child_if(std::string_view key);  //!< a mapping that may be there
     std::vector<Reader> list(std::string_view key);        //!< a list of mappings; absent: empty
-    std::vector<std::pair<std::string, Reader>> children(std::string_view key);  //!< name -> mapping, in file order
+    std::vector<std::pair<std::string, Reader>> children(std::string_view key);     //!< name -> mapping, in file order
+    std::vector<std::pair<std::string, Reader>> children_if(std::string_view key);  //!< the same; absent: empty
 
     //! This mapping as names with a number each.
     std::vector<std::pair<std::string, double>> number_map(Bounds const& bounds);
@@ -85,6 +81,8 @@ class Reader
     void problem(std::string_view key, std::string const& text);
     //! Records that the value of `key` will not do, at the value: `path.key = value text`.
     void refuse(std::string_view key, std::string const& text);
+    //! Notes at the value of `key` what is no mistake but looks like one: `path.key = value text`.
+    void warn(std::string_view key, std::string const& text);
     //! Unknown keys become problems, with the nearest known name. The outermost reader then throws if there is any.
     void finish();
     void finish_collecting();  //!< the same without the throw
@@ -92,6 +90,10 @@ class Reader
 
  private:
     std::optional<YAML::Node> find(std::string_view key);
+    void learn(std::string_view key, Key what) const;  //!< writes down what is asked, if somebody wants to know
+    std::string find_text(std::string_view key, bool word);
+    std::optional<Reader> find_child(std::string_view key);
+    std::vector<std::pair<std::string, Reader>> find_children(std::string_view key);
     YAML::Node key_node(std::string_view key) const;
     Reader nothing_at(std::string_view key) const;  //!< an empty mapping whose mistakes nobody hears of
     YAML::Mark value_mark(std::string_view key, YAML::Node const& value) const;
@@ -122,6 +124,8 @@ class Reader
 //! Parses a YAML text (at most 1 MB, 32 levels, 100 000 nodes, one document) and applies `path=value` overrides.
 //! Returns the outermost reader. Throws Error (exit 2) with file:line:column on a syntax error or a broken limit.
 Reader read_yaml(std::string const& text, std::string const& file, std::vector<std::string> const& overrides = {});
+//! The text of a scene's file. Throws Error (exit 2) if it cannot be read.
+std::string read_scene_file(std::filesystem::path const& file);
 Reader read_yaml_file(std::filesystem::path const& file, std::vector<std::string> const& overrides = {});
 
 }  // namespace sluice

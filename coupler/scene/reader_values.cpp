@@ -40,6 +40,10 @@ std::optional<double> Reader::parse_number(std::string_view key, YAML::Node cons
     std::string const unit = b.unit.empty() ? "" : " " + std::string(b.unit);
     auto const mark = value_mark(key, node);
     auto const value = node.IsScalar() ? to_number(node.Scalar()) : std::nullopt;
+    if (value && is_quoted(node)) {
+        record(mark, path + " = \"" + seen(node) + "\" is a text, not a number. Leave the quotes out.");
+        return std::nullopt;
+    }
     if (!value || !std::isfinite(*value)) {
         record(mark, path + " = " + seen(node) + " is not a number (" + described(b) +
                          (unit.empty() ? "" : ", in" + unit) + ").");
@@ -70,6 +74,7 @@ std::optional<double> Reader::scalar_number(std::string_view key, Bounds const& 
 
 double Reader::number(std::string_view key, Bounds const& b)
 {
+    learn(key, {.kind = Key::Kind::number, .path = {}, .required = true, .bounds = b});
     auto const value = scalar_number(key, b, true, false);
     double const harmless = std::isfinite(b.min) ? b.min : std::isfinite(b.above) ? b.above + 1.0 : 1.0;
     return value ? note(key, *value) : harmless;
@@ -77,11 +82,13 @@ double Reader::number(std::string_view key, Bounds const& b)
 
 double Reader::number_or(std::string_view key, double fallback, Bounds const& b)
 {
+    learn(key, {.kind = Key::Kind::number, .path = {}, .bounds = b, .fallback = shown(fallback)});
     return note(key, scalar_number(key, b, false, false).value_or(fallback));
 }
 
 std::optional<double> Reader::number_if(std::string_view key, Bounds const& b)
 {
+    learn(key, {.kind = Key::Kind::number, .path = {}, .bounds = b});
     auto const value = scalar_number(key, b, false, false);
     if (value) note(key, *value);
     return value;
@@ -89,39 +96,51 @@ std::optional<double> Reader::number_if(std::string_view key, Bounds const& b)
 
 std::int64_t Reader::integer(std::string_view key, Bounds const& b)
 {
+    learn(key, {.kind = Key::Kind::integer, .path = {}, .required = true, .bounds = b});
     auto const value = scalar_number(key, b, true, true);
     return static_cast<std::int64_t>(value ? note(key, *value) : std::isfinite(b.min) ? b.min : 1.0);
 }
 
+std::optional<std::int64_t> Reader::integer_if(std::string_view key, Bounds const& b)
+{
+    learn(key, {.kind = Key::Kind::integer, .path = {}, .bounds = b});
+    auto const value = scalar_number(key, b, false, true);
+    if (!value) return std::nullopt;
+    return static_cast<std::int64_t>(note(key, *value));
+}
+
 std::int64_t Reader::integer_or(std::string_view key, std::int64_t fallback, Bounds const& b)
 {
+    learn(key, {.kind = Key::Kind::integer, .path = {}, .bounds = b, .fallback = std::to_string(fallback)});
     auto const value = scalar_number(key, b, false, true);
     return static_cast<std::int64_t>(note(key, value.value_or(static_cast<double>(fallback))));
 }
 
 std::vector<std::pair<std::string, double>> Reader::number_map(Bounds const& b)
 {
+    learn("", {.kind = Key::Kind::number_map, .path = {}, .bounds = b});
     std::vector<std::pair<std::string, double>> found;
     std::set<std::string> seen_already;
     for (auto const& name : keys())
         if (seen_already.insert(name).second)
-            if (auto const value = number_if(name, b)) found.emplace_back(name, *value);
+            if (auto const value = scalar_number(name, b, false, false)) found.emplace_back(name, note(name, *value));
     return found;
 }
 
 bool Reader::flag_or(std::string_view key, bool fallback)
 {
+    learn(key, {.kind = Key::Kind::flag, .path = {}, .fallback = fallback ? "true" : "false"});
     auto const node = find(key);
     if (!node) return note(key, fallback);
-    auto const text = scalar_or_kind(*node);
-    if (text != "true" && text != "false") {
+    auto const value = to_flag(*node);
+    if (!value) {
         refuse(key, "(must be true or false).");
         return fallback;
     }
-    return note(key, text == "true");
+    return note(key, *value);
 }
 
-std::string Reader::text(std::string_view key)
+std::string Reader::find_text(std::string_view key, bool word)
 {
     auto const node = find(key);
     if (!node) {
@@ -132,17 +151,47 @@ std::string Reader::text(std::string_view key)
         refuse(key, "(must be a text).");
         return {};
     }
+    if (word && !is_quoted(*node) && (to_flag(*node) || looks_like_number(node->Scalar()))) {
+        refuse(key, "is not a text for YAML (put it in quotes if it is meant).");
+        return {};
+    }
     return note(key, node->Scalar());
+}
+
+std::string Reader::text(std::string_view key)
+{
+    learn(key, {.kind = Key::Kind::text, .path = {}, .required = true});
+    return find_text(key, false);
 }
 
 std::string Reader::text_or(std::string_view key, std::string_view fallback)
 {
-    return has(key) ? text(key) : (asked_.emplace(key), note(key, std::string(fallback)));
+    learn(key, {.kind = Key::Kind::text, .path = {}, .fallback = std::string(fallback)});
+    return has(key) ? find_text(key, false) : (asked_.emplace(key), note(key, std::string(fallback)));
 }
 
 std::string Reader::text_if(std::string_view key)
 {
-    return has(key) ? text(key) : (asked_.emplace(key), std::string());
+    learn(key, {.kind = Key::Kind::text, .path = {}});
+    return has(key) ? find_text(key, false) : (asked_.emplace(key), std::string());
+}
+
+std::string Reader::word(std::string_view key)
+{
+    learn(key, {.kind = Key::Kind::word, .path = {}, .required = true});
+    return find_text(key, true);
+}
+
+std::string Reader::word_if(std::string_view key)
+{
+    learn(key, {.kind = Key::Kind::word, .path = {}});
+    return has(key) ? find_text(key, true) : (asked_.emplace(key), std::string());
+}
+
+std::string Reader::word_or(std::string_view key, std::string_view fallback)
+{
+    learn(key, {.kind = Key::Kind::word, .path = {}, .fallback = std::string(fallback)});
+    return has(key) ? find_text(key, true) : (asked_.emplace(key), note(key, std::string(fallback)));
 }
 
 std::optional<std::size_t> Reader::find_choice(std::string_view key, std::vector<std::string_view> const& choices,
@@ -166,11 +215,16 @@ std::optional<std::size_t> Reader::find_choice(std::string_view key, std::vector
 
 std::size_t Reader::choice(std::string_view key, std::vector<std::string_view> const& choices)
 {
+    learn(key, {.kind = Key::Kind::choice, .path = {}, .required = true, .words = {choices.begin(), choices.end()}});
     return find_choice(key, choices, true).value_or(0);
 }
 
 std::size_t Reader::choice_or(std::string_view key, std::size_t fallback, std::vector<std::string_view> const& choices)
 {
+    learn(key, {.kind = Key::Kind::choice,
+                .path = {},
+                .words = {choices.begin(), choices.end()},
+                .fallback = std::string(choices.at(fallback))});
     bool const given = has(key);
     auto const found = find_choice(key, choices, false);
     if (!given) note(key, std::string(choices.at(fallback)));
@@ -203,11 +257,13 @@ std::optional<std::vector<double>> Reader::find_numbers(std::string_view key, st
 
 std::vector<double> Reader::numbers(std::string_view key, std::size_t size, Bounds const& b)
 {
+    learn(key, {.kind = Key::Kind::numbers, .path = {}, .required = true, .bounds = b, .size = size});
     return find_numbers(key, size, b, true).value_or(std::vector<double>(size, 1.0));
 }
 
 std::vector<double> Reader::numbers_or(std::string_view key, std::vector<double> const& fallback, Bounds const& b)
 {
+    learn(key, {.kind = Key::Kind::numbers, .path = {}, .bounds = b, .size = fallback.size()});
     bool const given = has(key);
     auto const found = find_numbers(key, fallback.size(), b, false);
     if (!given) note(key, fallback);
@@ -216,6 +272,11 @@ std::vector<double> Reader::numbers_or(std::string_view key, std::vector<double>
 
 std::optional<double> Reader::number_unless(std::string_view key, std::string_view word, Bounds const& b)
 {
+    learn(key, {.kind = Key::Kind::number,
+                .path = {},
+                .bounds = b,
+                .words = {std::string(word)},
+                .fallback = std::string(word)});
     auto const node = find(key);
     if (!node || (node->IsScalar() && node->Scalar() == word)) {
         note(key, std::string(word));
@@ -227,11 +288,14 @@ std::optional<double> Reader::number_unless(std::string_view key, std::string_vi
                         did_you_mean(node->Scalar(), {std::string(word)}));
         return std::nullopt;
     }
-    return number_if(key, b);
+    auto const value = scalar_number(key, b, false, false);
+    if (value) note(key, *value);
+    return value;
 }
 
 std::vector<std::string> Reader::words(std::string_view key)
 {
+    learn(key, {.kind = Key::Kind::texts, .path = {}});
     auto const node = find(key);
     if (!node) return {};
     std::vector<std::string> found;
@@ -252,6 +316,7 @@ std::vector<std::string> Reader::words(std::string_view key)
 std::optional<std::size_t> Reader::find_name(std::string_view key, std::string const& path, YAML::Node const& node,
                                              std::string_view kind, std::vector<std::string> const& known)
 {
+    if (known.empty()) return std::nullopt;  // what defines the names is missing, and that is said elsewhere
     auto const word = scalar_or_kind(node);
     auto const found = std::find(known.begin(), known.end(), word);
     if (node.IsScalar() && found != known.end()) return static_cast<std::size_t>(found - known.begin());
@@ -263,6 +328,7 @@ std::optional<std::size_t> Reader::find_name(std::string_view key, std::string c
 std::optional<std::size_t> Reader::name_of_if(std::string_view key, std::string_view kind,
                                               std::vector<std::string> const& known)
 {
+    learn(key, {.kind = Key::Kind::name, .path = {}});
     auto const node = find(key);
     if (!node) return std::nullopt;
     auto const found = find_name(key, path_of(key), *node, kind, known);
@@ -273,13 +339,21 @@ std::optional<std::size_t> Reader::name_of_if(std::string_view key, std::string_
 std::optional<std::size_t> Reader::name_of(std::string_view key, std::string_view kind,
                                            std::vector<std::string> const& known)
 {
-    if (!find(key)) missing(key, "a " + std::string(kind) + ": " + list_of(known));
-    return name_of_if(key, kind, known);
+    learn(key, {.kind = Key::Kind::name, .path = {}, .required = true});
+    auto const node = find(key);
+    if (!node) {
+        missing(key, "a " + std::string(kind) + ": " + list_of(known));
+        return std::nullopt;
+    }
+    auto const found = find_name(key, path_of(key), *node, kind, known);
+    if (found) note(key, known[*found]);
+    return found;
 }
 
 std::vector<std::size_t> Reader::names_of(std::string_view key, std::string_view kind,
                                           std::vector<std::string> const& known, std::size_t least)
 {
+    learn(key, {.kind = Key::Kind::names, .path = {}, .required = true, .size = least});
     std::vector<std::size_t> found;
     auto const node = find(key);
     std::string const needed = "a list of at least " + std::to_string(least) + " " + std::string(kind) + "s";
@@ -293,14 +367,17 @@ std::vector<std::size_t> Reader::names_of(std::string_view key, std::string_view
         return found;
     }
     std::string text;
+    std::set<std::string> already;
     for (std::size_t i = 0; i < node->size(); ++i) {
+        auto const item = (*node)[i];
         auto const path = path_of(key) + "[" + std::to_string(i) + "]";
-        auto const index = find_name(key, path, (*node)[i], kind, known);
+        if (item.IsScalar() && !already.insert(item.Scalar()).second) {
+            record(item.Mark(), path + " = " + seen(item) + " stands here twice. Keep one.");
+            continue;
+        }
+        auto const index = find_name(key, path, item, kind, known);
         if (!index) continue;
-        if (std::find(found.begin(), found.end(), *index) != found.end())
-            record((*node)[i].Mark(), path + " = " + known[*index] + " stands here twice. Keep one.");
-        else
-            found.push_back(*index);
+        found.push_back(*index);
         text += (text.empty() ? "" : ", ") + known[*index];
     }
     note(key, "[" + text + "]");

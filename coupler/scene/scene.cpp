@@ -3,16 +3,11 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 #include "coupler/scene/parts.hpp"
 
 namespace sluice {
 namespace {
-
-//! Names of files that a run's directory has for itself.
-constexpr std::string_view reserved[] = {"archive", "series", "summary", "scene", "trace", "report", "mpirun"};
 
 //! The first participant that waits for nobody in its own window.
 int default_pace(Scene const& scene)
@@ -47,19 +42,18 @@ void read_gravity(Reader& root, Scene& scene)
 void read_data(Reader& root, Scene& scene)
 {
     scene.data = vocabulary();
-    if (!root.has("data")) return;
-    for (auto& [name, reader] : root.children("data")) {
+    for (auto& [name, reader] : root.children_if("data")) {
         DataSpec spec{name, {}, reader.flag_or("meshless", false)};
         for (auto const& known : vocabulary())
             if (known.name == name) reader.problem("", "is built in (choose another name).");
         for (auto& [column, c] : reader.children("columns")) {
             auto const shape = c.choice_or("shape", 0, {"scalar", "vector", "spin"});
-            spec.columns.push_back({column, static_cast<Shape>(shape), c.text("unit")});
+            spec.columns.push_back({column, static_cast<Shape>(shape), read_unit(c)});
             if (spec.meshless && column == "position")
                 c.problem("", "meshless data have no place in space. Leave the column out, or meshless.");
             c.finish();
         }
-        if (spec.columns.empty()) reader.problem("columns", "no column (at least one).");
+        if (spec.columns.empty() && reader.has("columns")) reader.problem("columns", "no column (at least one).");
         if (spec.columns.size() > 30) reader.problem("columns", "more than 30 columns.");
         reader.finish();
         scene.data.push_back(spec);
@@ -69,15 +63,16 @@ void read_data(Reader& root, Scene& scene)
 void read_participants(Reader& root, LoadedScene& loaded)
 {
     Scene& scene = loaded.scene;
+    auto const mistakes = root.diagnostics()->problems.size();
     for (auto& [name, reader] : root.children("participants")) {
         ParticipantSpec spec;
         spec.name = name;
         if (!is_identifier(name)) reader.problem("", "not a name (letters, digits, _ and -; at most 64).");
-        if (std::find(std::begin(reserved), std::end(reserved), name) != std::end(reserved))
+        if (auto const& taken = reserved_names(); std::find(taken.begin(), taken.end(), name) != taken.end())
             reader.problem("", "the results have files of this name. Choose another one.");
         spec.command = reader.words("command");
         if (reader.has("command") && reader.has("solver")) reader.problem("command", "stands beside solver. Keep one.");
-        spec.solver = reader.has("command") ? reader.text_if("solver") : reader.text("solver");
+        spec.solver = reader.has("command") ? reader.word_if("solver") : reader.word("solver");
         if (!spec.command.empty()) spec.solver.clear();
         if (!spec.solver.empty() && !is_identifier(spec.solver))
             reader.refuse("solver", "is not the name of an executable (letters, digits, _ and -).");
@@ -93,7 +88,7 @@ void read_participants(Reader& root, LoadedScene& loaded)
         reader.finish();
         scene.participants.push_back(spec);
     }
-    if (root.has("participants") && scene.participants.empty())
+    if (scene.participants.empty() && root.has("participants") && root.diagnostics()->problems.size() == mistakes)
         root.problem("participants", "nobody takes part (at least one).");
     if (scene.participants.size() > 256)
         root.problem("participants", std::to_string(scene.participants.size()) + " of them (at most 256).");
@@ -126,6 +121,7 @@ std::optional<Box> read_region(Reader& edge, Scene const& scene, DataSpec const*
 void read_edge(Reader& reader, Scene& scene)
 {
     Edge edge;
+    auto const before = reader.diagnostics()->problems.size();
     auto const names = scene.participant_names();
     auto const from = reader.name_of("from", "participant", names), to = reader.name_of("to", "participant", names);
     auto const data = reader.name_of("data", "data", scene.data_names());
@@ -148,18 +144,24 @@ void read_edge(Reader& reader, Scene& scene)
     for (Edge const& other : scene.edges)
         if (other.from == edge.from && other.to == edge.to && other.data == edge.data)
             reader.problem("data", "this coupling stands here twice. Keep one.");
+    if (reader.diagnostics()->problems.size() > before)
+        edge.lag = 1;  // what was meant is not known: no part of a circle
     scene.edges.push_back(edge);
 }
 
-void read_couplings(Reader& root, Scene& scene)
+//! Returns whether all of them are known as they are meant.
+bool read_couplings(Reader& root, Scene& scene)
 {
+    auto const before = root.diagnostics()->problems.size();
     for (auto& reader : root.list("couplings")) read_edge(reader, scene);
+    bool const known = root.diagnostics()->problems.size() == before;
     auto const circle = lag0_circle(scene);
-    if (circle.empty()) return;
+    if (circle.empty()) return known;
     std::string names;
     for (auto const& name : circle) names += (names.empty() ? "" : " -> ") + name;
     root.problem("couplings", "the lag-0 edges form a circle, each would wait for the other: " + names +
                                   " (give one of them lag: 1).");
+    return known;
 }
 
 void read_checkpoint(Reader& root, Scene& scene)
@@ -200,15 +202,14 @@ void seal(LoadedScene& loaded)
     scene.hash = XXH3_64bits(scene.canonical.data(), scene.canonical.size());
 }
 
-std::string read_text(std::filesystem::path const& file)
-{
-    std::ifstream in(file, std::ios::binary);
-    std::stringstream text;
-    text << in.rdbuf();
-    return text.str();
-}
-
 }  // namespace
+
+std::vector<std::string_view> const& reserved_names()
+{
+    static std::vector<std::string_view> const names = {"archive", "series", "summary", "scene",
+                                                        "trace",   "report", "mpirun"};
+    return names;
+}
 
 bool is_identifier(std::string const& name)
 {
@@ -268,12 +269,19 @@ std::vector<std::string> lag0_circle(Scene const& scene)
 
 LoadedScene load_scene(std::filesystem::path const& file, std::vector<std::string> const& overrides)
 {
-    auto root = read_yaml_file(file, overrides);
+    return load_scene_text(read_scene_file(file), file, overrides);
+}
+
+LoadedScene load_scene_text(std::string const& text, std::filesystem::path const& file,
+                            std::vector<std::string> const& overrides, std::vector<Key>* keys)
+{
+    auto root = read_yaml(text, file.string(), overrides);
+    root.diagnostics()->keys = keys;
     LoadedScene loaded;
     loaded.diagnostics = root.diagnostics();
     Scene& scene = loaded.scene;
     scene.file = file;
-    scene.text = read_text(file);
+    scene.text = text;
     scene.overrides = overrides;
     root.integer("sluice", {.min = 1, .max = 1});
     scene.title = root.text_or("title", file.stem().string());
@@ -281,9 +289,9 @@ LoadedScene load_scene(std::filesystem::path const& file, std::vector<std::strin
     read_gravity(root, scene);
     read_data(root, scene);
     read_participants(root, loaded);
-    read_couplings(root, scene);
+    bool const couplings_known = read_couplings(root, scene);
     read_time(root, scene);
-    read_implicit(root, scene);
+    read_implicit(root, scene, couplings_known);
     read_network(root, scene);
     read_rest(root, scene);
     root.finish_collecting();

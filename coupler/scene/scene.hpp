@@ -147,6 +147,13 @@ bool is_identifier(std::string const& name);
 //! Reads and checks a scene. Throws only when the text is not YAML.
 LoadedScene load_scene(std::filesystem::path const& file, std::vector<std::string> const& overrides);
 
+//! The same for a text; `keys` gets what was asked for.
+LoadedScene load_scene_text(std::string const& text, std::filesystem::path const& file,
+                            std::vector<std::string> const& overrides = {}, std::vector<Key>* keys = nullptr);
+
+//! Names that no participant may have: a run's directory has files of these names for itself.
+std::vector<std::string_view> const& reserved_names();
+
 //! The names along one circle of lag-0 edges, first name repeated at the end; empty if there is none.
 std::vector<std::string> lag0_circle(Scene const& scene);
 

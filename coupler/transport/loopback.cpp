@@ -2,6 +2,7 @@
 #include <deque>
 #include <mutex>
 
+#include "coupler/transport/buffer.hpp"
 #include "coupler/transport/transport.hpp"
 
 namespace sluice {
@@ -28,15 +29,22 @@ class LoopbackTransport final : public Transport
         state_->changed.notify_all();
     }
 
-    bool try_send(int peer, std::span<std::byte const> bytes) override
+    std::span<std::byte> reserve(int /*peer*/, std::size_t size) override
+    {
+        if (!next_) next_ = pool_.take();
+        return next_->room(size);
+    }
+
+    bool commit(int peer, std::size_t size) override
     {
         std::lock_guard const lock(state_->mutex);
-        state_->inbox[static_cast<std::size_t>(peer)].push_back({self_, {bytes.begin(), bytes.end()}});
+        std::span<std::byte const> const bytes(next_->data(), size);
+        state_->inbox[static_cast<std::size_t>(peer)].push_back({self_, {bytes, std::move(next_)}});
         state_->changed.notify_all();
         return true;
     }
 
-    std::optional<Incoming> receive(std::chrono::milliseconds patience) override
+    std::optional<Incoming> receive(std::chrono::microseconds patience) override
     {
         std::unique_lock lock(state_->mutex);
         auto& inbox = state_->inbox[static_cast<std::size_t>(self_)];
@@ -45,6 +53,8 @@ class LoopbackTransport final : public Transport
         inbox.pop_front();
         return message;
     }
+
+    std::string kind() const override { return "loopback"; }
 
     bool lost(int peer) const override
     {
@@ -55,6 +65,8 @@ class LoopbackTransport final : public Transport
  private:
     std::shared_ptr<LoopbackHub::State> state_;
     int self_;
+    BufferPool pool_;
+    std::shared_ptr<Buffer> next_;
 };
 
 }  // namespace

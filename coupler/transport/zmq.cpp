@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "coupler/base/error.hpp"
+#include "coupler/transport/buffer.hpp"
 #include "coupler/transport/transport.hpp"
 
 namespace sluice {
@@ -124,12 +125,24 @@ class ConnectionWatch
     std::thread thread_;
 };
 
+//! Keeps a received message alive.
+struct Received
+{
+    Received() { zmq_msg_init(&message); }
+    Received(Received const&) = delete;
+    Received& operator=(Received const&) = delete;
+    ~Received() { zmq_msg_close(&message); }
+    zmq_msg_t message;
+};
+
 class ZmqTransport final : public Transport
 {
  public:
-    ZmqTransport(Members const& members, std::string const& address, milliseconds silence)
-        : context_(zmq_ctx_new()), sockets_(members.names.size())
+    ZmqTransport(Members const& members, Network const& network)
+        : context_(zmq_ctx_new()), sockets_(members.names.size()), buffers_(members.names.size())
     {
+        auto const address = network.address.empty() ? network.directory.string() : network.address;
+        auto const silence = network.silence;
         bool const tcp = address.starts_with("tcp://");
         int const count = static_cast<int>(members.names.size());
         for (int peer = 0; peer < count; ++peer)
@@ -139,16 +152,21 @@ class ZmqTransport final : public Transport
             if (peer != members.self) attach(peer, members.self, endpoint(address, tcp, peer, members.self, count));
     }
 
-    bool try_send(int peer, std::span<std::byte const> bytes) override
+    std::span<std::byte> reserve(int peer, std::size_t size) override
     {
-        void* const socket = sockets_[static_cast<std::size_t>(peer)].get();
-        if (zmq_send(socket, bytes.data(), bytes.size(), ZMQ_DONTWAIT) >= 0) return true;
+        return buffers_[static_cast<std::size_t>(peer)].room(size);
+    }
+
+    bool commit(int peer, std::size_t size) override
+    {
+        auto const at = static_cast<std::size_t>(peer);
+        if (zmq_send(sockets_[at].get(), buffers_[at].data(), size, ZMQ_DONTWAIT) >= 0) return true;
         require(errno == EAGAIN || errno == EINTR,
                 [] { return Error(std::string("zmq_send: ") + zmq_strerror(errno) + ".", Exit::io); });
         return false;
     }
 
-    std::optional<Incoming> receive(milliseconds patience) override
+    std::optional<Incoming> receive(std::chrono::microseconds patience) override
     {
         std::vector<zmq_pollitem_t> items;
         std::vector<int> peers;
@@ -157,26 +175,24 @@ class ZmqTransport final : public Transport
                 items.push_back({sockets_[p].get(), 0, ZMQ_POLLIN, 0});
                 peers.push_back(static_cast<int>(p));
             }
-        if (zmq_poll(items.data(), static_cast<int>(items.size()), patience.count()) <= 0) return std::nullopt;
+        if (zmq_poll(items.data(), static_cast<int>(items.size()), std::chrono::ceil<milliseconds>(patience).count()) <=
+            0)
+            return std::nullopt;
         for (std::size_t k = 0; k < items.size(); ++k) {
             auto const i = (k + turn_) % items.size();  // nobody is served first for ever
             if (!(items[i].revents & ZMQ_POLLIN)) continue;
             turn_ = i + 1;
-            zmq_msg_t message;
-            zmq_msg_init(&message);
-            if (zmq_msg_recv(&message, items[i].socket, ZMQ_DONTWAIT) < 0) {
-                zmq_msg_close(&message);
-                continue;
-            }
-            auto const* const data = static_cast<std::byte const*>(zmq_msg_data(&message));
-            Incoming incoming{peers[i], {data, data + zmq_msg_size(&message)}};
-            zmq_msg_close(&message);
-            return incoming;
+            auto message = std::make_shared<Received>();
+            if (zmq_msg_recv(&message->message, items[i].socket, ZMQ_DONTWAIT) < 0) continue;
+            auto const* const data = static_cast<std::byte const*>(zmq_msg_data(&message->message));
+            std::span const bytes(data, zmq_msg_size(&message->message));
+            return Incoming{peers[i], {bytes, std::move(message)}};
         }
         return std::nullopt;
     }
 
     bool lost(int peer) const override { return watch_->lost(peer); }
+    std::string kind() const override { return "zmq"; }
 
     void settle() override { watch_->settle(); }
 
@@ -227,15 +243,16 @@ class ZmqTransport final : public Transport
 
     Context context_;
     std::vector<Socket> sockets_;
+    std::vector<Buffer> buffers_;             //!< per peer
     std::unique_ptr<ConnectionWatch> watch_;  // after the sockets: it ends before they close
     std::size_t turn_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Transport> make_zmq_transport(Members const& members, std::string const& address, milliseconds silence)
+std::unique_ptr<Transport> make_zmq_transport(Members const& members, Network const& network)
 {
-    return std::make_unique<ZmqTransport>(members, address, silence);
+    return std::make_unique<ZmqTransport>(members, network);
 }
 
 }  // namespace sluice

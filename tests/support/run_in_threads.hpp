@@ -42,9 +42,11 @@ class Scratch
 
 using Solve = std::function<void(sluice::Participant&)>;
 
-//! `participants`: name and solver, in the scene's order.
+//! `participants`: name and solver, in the scene's order; a participant of several processes stands here once for each,
+//! as "water:0", "water:1".
 inline Outcome run(std::string const& scene, std::vector<std::pair<std::string, Solve>> const& participants,
-                   std::filesystem::path const& directory, std::vector<std::string> const& overrides = {})
+                   std::filesystem::path const& directory, std::vector<std::string> const& overrides = {},
+                   bool resume = false)
 {
     auto const file = directory / "scene.yaml";
     std::ofstream(file) << scene;
@@ -54,11 +56,15 @@ inline Outcome run(std::string const& scene, std::vector<std::pair<std::string, 
     for (std::size_t p = 0; p < participants.size(); ++p)
         threads.emplace_back([&, p] {
             try {
+                auto const& name = participants[p].first;
+                auto const colon = name.find(':');
                 sluice::Participant self({.scene = file,
-                                          .name = participants[p].first,
+                                          .name = name.substr(0, colon),
                                           .directory = directory / "run",
                                           .overrides = overrides,
                                           .check = false,
+                                          .rank = colon == name.npos ? 0 : std::stoi(name.substr(colon + 1)),
+                                          .resume = resume,
                                           .transport = hub.connect(static_cast<int>(p))});
                 try {
                     participants[p].second(self);

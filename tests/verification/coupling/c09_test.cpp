@@ -142,8 +142,9 @@ couplings:
                                    1.0 / windows, predict);
     Momentum result;
     in_threads::Scratch scratch;
-    auto const outcome = in_threads::run(scene, {{"particle", [&](auto& self) { particle(self, result); }},
-                                                 {"fluid", [&](auto& self) { fluid(self, result); }}},
+    auto const outcome = in_threads::run(scene,
+                                         {{"particle", [&](auto& self) { particle(self, result); }},
+                                          {"fluid", [&](auto& self) { fluid(self, result); }}},
                                          scratch.path());
     for (auto const& error : outcome.errors) REQUIRE(error == "");
     result.defect = std::abs(mp * result.v + mf * result.u - (mp + mp * g));

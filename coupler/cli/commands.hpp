@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "coupler/cli/check.hpp"
+
+namespace sluice {
+
+//! What the command line said; each command looks at its own part.
+struct Options
+{
+    SceneChoice choice;
+    std::filesystem::path directory;  //!< of a run's results, or of a new scene
+    bool quiet = false;
+    bool json = false;  //!< the answer as JSON on standard output, and nothing else there
+    bool report = true;
+    std::filesystem::path picture;            //!< graph -o
+    std::vector<std::filesystem::path> runs;  //!< report
+    std::filesystem::path page;               //!< report -o, schema -o
+    std::string word;                         //!< init: the template; explain: what
+    bool once = false;                        //!< watch
+};
+
+//! The commands: each returns the exit code, or throws Error. Those that print JSON print one value and a line end.
+int run_command(Options options);
+int check_command(Options const& options);
+int graph_command(Options const& options);
+int schema_command(Options const& options);
+int report_command(Options options);
+int explain_command(Options const& options);
+
+}  // namespace sluice
