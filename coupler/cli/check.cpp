@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <fstream>
 #include <sstream>
 #include <thread>
 
@@ -13,15 +14,14 @@
 namespace sluice {
 namespace {
 
-//! Executables beside this one, as candidates for a misspelt solver.
+//! The solvers that came with this command, as candidates for a misspelt one: a list, because the folder of an
+//! installed `sluice` is full of other people's executables.
 std::vector<std::string> solvers_here()
 {
+    std::ifstream list(own_directory() / "../share/sluice/solvers");
     std::vector<std::string> names;
-    for (auto const& entry : std::filesystem::directory_iterator(own_directory())) {
-        auto const name = entry.path().filename().string();
-        if (name != "sluice" && !find_executable(entry.path().string()).empty()) names.push_back(name);
-    }
-    std::sort(names.begin(), names.end());
+    for (std::string name; std::getline(list, name);)
+        if (!find_executable((own_directory() / name).string()).empty()) names.push_back(name);
     return names;
 }
 
