@@ -28,6 +28,7 @@ Frame rearranged(Frame const& old, Frame const& newest, std::vector<std::size_t>
     Frame result = newest;
     result.index = old.index;
     result.ticks = old.ticks;
+    result.totals.clear();
     for (std::size_t c = 0; c < newest.columns.size(); ++c) {
         auto const& now = newest.columns[c].values;
         if (now.empty()) continue;
@@ -151,19 +152,19 @@ void Samples::Source::keep(Frame frame)
 
 std::vector<std::span<double const>> const& Samples::Source::columns(double s)
 {
-    std::array<Frame const*, 3> frames{&newest()};
+    std::array<Frame*, 3> frames{guess ? &*guess : &history.front()};
     std::size_t count = 1;
     for (std::size_t k = guess ? 0 : 1; k < history.size() && count < frames.size(); ++k) frames[count++] = &history[k];
-    return mix(terms, std::span(frames).first(count), edge.sample == Sampling::hold ? 1.0 : s);
+    return mix(terms, std::span(frames).first(count), edge.sample == Sampling::hold ? 1.0 : s, true);
 }
 
 std::vector<std::span<double const>> const& Samples::Source::predicted()
 {
-    std::array<Frame const*, 3> frames{};
+    std::array<Frame*, 3> frames{};
     std::size_t count = 0;
-    for (auto const& frame : history)
+    for (auto& frame : history)
         if (count < frames.size()) frames[count++] = &frame;
-    return mix({.lag = 1, .predict = terms.predict}, std::span(frames).first(count), 1.0);
+    return mix({.lag = 1, .predict = terms.predict}, std::span(frames).first(count), 1.0, false);
 }
 
 void Samples::Source::fit_guess_to_result()
@@ -174,13 +175,14 @@ void Samples::Source::fit_guess_to_result()
 }
 
 //! The sum of frames, newest first, that stands for the fraction `s` of the window.
-std::vector<std::span<double const>> const& Samples::Source::mix(InEdge const& by, std::span<Frame const* const> frames,
-                                                                 double s)
+std::vector<std::span<double const>> const& Samples::Source::mix(InEdge const& by, std::span<Frame* const> frames,
+                                                                 double s, bool booked)
 {
     std::array<double, 2> past{};
     for (std::size_t k = 1; k < frames.size(); ++k)
         past[k - 1] = static_cast<double>(begin - frames[k]->ticks) / static_cast<double>(length);
     auto const weights = sample_weights(by, static_cast<std::int64_t>(frames.size()), s, past);
+    if (booked && account) book(frames, weights);
     Frame const& top = *frames[0];
     spans_.resize(top.columns.size());
     for (std::size_t c = 0; c < spans_.size(); ++c) spans_[c] = top.columns[c].values;
@@ -199,6 +201,27 @@ std::vector<std::span<double const>> const& Samples::Source::mix(InEdge const& b
         spans_[c] = mixed_[c];
     }
     return spans_;
+}
+
+Totals const& Samples::Source::totals(Frame& frame) const
+{
+    if (!frame.totals.empty()) return frame.totals;
+    std::vector<std::span<double const>> columns;
+    for (auto const& column : frame.columns) columns.push_back(column.values);
+    return frame.totals = totals_of(spec, dimension, columns);
+}
+
+//! A sample is a sum of frames, and so are its totals: they cost nothing a point.
+void Samples::Source::book(std::span<Frame* const> frames, Weights const& weights)
+{
+    Totals sample;
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+        if (weights.at[k] == 0.0) continue;
+        auto const& part = totals(*frames[k]);
+        sample.resize(part.size());
+        for (std::size_t i = 0; i < part.size(); ++i) sample[i] += weights.at[k] * part[i];
+    }
+    account->taken(sample);
 }
 
 std::span<std::int64_t const> Samples::ids() const

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "coupler/coupler.hpp"
+#include "coupler/ledger.hpp"
 #include "coupler/schedule/schedule.hpp"
 #include "coupler/wire/message.hpp"
 
@@ -30,6 +31,7 @@ struct Samples::Source
     std::vector<std::span<double const>> const& predicted();
     //! The guess for the points that the result has, in their order.
     void fit_guess_to_result();
+    Totals const& totals(Frame& frame) const;  //!< of what adds up, summed once
     Frame const& newest() const { return guess ? *guess : history.front(); }
 
     Edge edge;
@@ -50,10 +52,13 @@ struct Samples::Source
     std::optional<Frame> guess;          //!< inside a group: this window's end as it is taken to be in this iteration
     std::optional<Frame> result;         //!< inside a group, lag 1: what the sender made of it
     std::int64_t begin = 0, length = 1;  //!< of the window that is sampled, ticks
+    std::optional<Account> account;      //!< of what adds up, if the scene keeps a ledger
 
  private:
     Frame merged(std::vector<Frame> parts);
-    std::vector<std::span<double const>> const& mix(InEdge const& by, std::span<Frame const* const> frames, double s);
+    std::vector<std::span<double const>> const& mix(InEdge const& by, std::span<Frame* const> frames, double s,
+                                                    bool booked);
+    void book(std::span<Frame* const> frames, Weights const& weights);
 
     std::unordered_map<std::int64_t, int> origin_of_;
     std::vector<std::vector<double>> mixed_;
@@ -79,6 +84,7 @@ struct OutChannel
     int position = -1, radius = -1;  //!< the columns of these names; -1: none
     std::vector<Target> targets = {};
     std::int64_t written = -1;  //!< the newest frame that the solver wrote
+    std::optional<Account> account = {};
     std::uint32_t iteration = 0;
 
     //! A copy of what was written: before the run begins, or until an implicit group has accepted the window.

@@ -217,6 +217,8 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
     if (channel.position < 0 && channel.targets.size() > 1)
         for (auto const& source : in)
             if (source.edge.from == channel.edge.to && !source.history.empty()) back = &source;
+    bool const counted = channel.account && channel.targets.size() > 1;  // else what is written is sent, untouched
+    std::vector<int> went(counted ? ids.size() : 0);                     // to how many processes each point went
     for (std::size_t t = 0; t < channel.targets.size(); ++t) {
         auto& target = channel.targets[t];
         await_credit(channel, target, frame);
@@ -227,10 +229,7 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
         if (by_place || back) {
             auto const d = static_cast<std::size_t>(scene.dimension);
             auto const wanted = [&](std::size_t i) {
-                if (back) {
-                    int const origin = back->origin_of(ids[i]);
-                    return std::max(origin, 0) == static_cast<int>(t);
-                }
+                if (back) return std::max(back->origin_of(ids[i]), 0) == static_cast<int>(t);
                 double const* const at = columns[static_cast<std::size_t>(channel.position)].data() + i * d;
                 double const r = channel.radius < 0 ? 0 : columns[static_cast<std::size_t>(channel.radius)][i];
                 return (!channel.edge.region || reaches(*channel.edge.region, at, scene.dimension, r)) &&
@@ -239,14 +238,43 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
             std::vector<std::size_t> widths;
             for (auto const& column : channel.spec.columns)
                 widths.push_back(static_cast<std::size_t>(components(column.shape, scene.dimension)));
-            chosen.take(ids, columns, widths, wanted);
+            chosen.take(ids, columns, widths, [&](std::size_t i) {
+                bool const goes = wanted(i);
+                if (counted && goes) ++went[i];
+                return goes;
+            });
             spans.assign(chosen.columns.begin(), chosen.columns.end());
             outgoing.ids = chosen.ids;
             outgoing.columns = spans;
-        }
+        } else if (counted)
+            for (int& count : went) ++count;
         auto const room = room_for(target.member, target.encoder.bound(outgoing.ids.size()));
         commit(target.member, target.encoder.encode(outgoing, session, name_of_member(self), room));
     }
+    if (counted) book_sent(channel, columns, went);
+}
+
+//! What was written, and where it went: amounts that add up must go to exactly one process, or lie outside of all.
+void Participant::Session::book_sent(OutChannel& channel, std::vector<std::span<double const>> const& columns,
+                                     std::vector<int> const& went)
+{
+    Totals const written = totals_of(channel.spec, scene.dimension, columns);
+    Totals sent, outside;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+        if (!is_amount(channel.spec.columns[c])) continue;
+        auto const width = static_cast<std::size_t>(components(channel.spec.columns[c].shape, scene.dimension));
+        auto const at = sent.size();
+        sent.resize(at + width);
+        outside.resize(at + width);
+        for (std::size_t i = 0; i < went.size(); ++i)
+            for (std::size_t k = 0; k < width; ++k) {
+                double const value = columns[c][i * width + k];
+                if (went[i] == 0) outside[at + k] += value;
+                sent[at + k] += channel.spec.additive ? went[i] * value : (went[i] > 0 ? value : 0.0);
+            }
+    }
+    channel.account->sent(written, sent, outside);
+    check_account(*channel.account);
 }
 
 void Participant::Session::await_frame(Action const& action)

@@ -149,6 +149,8 @@ bool Participant::Session::agree(std::int64_t window, std::uint32_t iteration)
         block.numerics.next(summaries, next);
         for (std::size_t c = 0; c < next.size(); ++c) channel.guess->columns[c] = Held<double>::of(std::move(next[c]));
     }
+    for (auto& channel : in)
+        if (channel.account) channel.account->forget_samples();
     restore(before_);
     schedule->agreed(false);
     return false;
@@ -157,6 +159,7 @@ bool Participant::Session::agree(std::int64_t window, std::uint32_t iteration)
 //! The window stands: the last iteration's frames become history.
 void Participant::Session::stand()
 {
+    close_accounts();
     for (auto& channel : in) {
         if (!channel.terms.inside) continue;
         channel.keep(*std::exchange(channel.edge.lag == 0 ? channel.guess : channel.result, std::nullopt));

@@ -137,6 +137,7 @@ Participant::Session::Session(JoinOptions given)
         in.emplace_back(edge, static_cast<int>(e), inside(edge), scene.data[static_cast<std::size_t>(edge.data)],
                         scene.dimension, ~0u, senders);
     }
+    if (scene.on_violation != OnViolation::off) open_accounts();
 }
 
 std::string Participant::Session::where() const
@@ -213,6 +214,7 @@ void Participant::Session::end_computing()
     require_written(frame);
     schedule->computed();
     computing = false;
+    if (!group) close_accounts();
     if (!group) begin_ = plan_.begin + plan_.length;
     status->window = group ? frame - 1 : frame;
 }
@@ -242,6 +244,44 @@ void Participant::Session::open_window(Window& window, Action const& action)
     status->time.store(begin, std::memory_order_relaxed);
     book(Activity::exchange);
     computing = true;
+}
+
+//! One account for each edge that carries what adds up.
+void Participant::Session::open_accounts()
+{
+    auto const name = [&](Edge const& e) {
+        return scene.participants[static_cast<std::size_t>(e.from)].name + " -> " +
+               scene.participants[static_cast<std::size_t>(e.to)].name + ": " +
+               scene.data[static_cast<std::size_t>(e.data)].name;
+    };
+    for (auto& channel : in)
+        if (Account account(channel.spec, scene.dimension, name(channel.edge)); !account.empty())
+            channel.account = std::move(account);
+    for (auto& channel : out)
+        if (Account account(channel.spec, scene.dimension, name(channel.edge)); !account.empty())
+            channel.account = std::move(account);
+}
+
+//! The window stands: what came and what the solver took of it.
+void Participant::Session::close_accounts()
+{
+    double const length = pace.scale.seconds(plan_.length);
+    for (auto& channel : in) {
+        if (!channel.account || reads.contains(channel.number)) continue;
+        channel.account->came(channel.totals(channel.guess ? *channel.guess : channel.history.front()));
+        channel.account->close(length);
+        check_account(*channel.account);
+    }
+}
+
+void Participant::Session::check_account(Account const& account)
+{
+    auto const text = account.violation(scene.ledger_tolerance);
+    if (text.empty()) return;
+    require(scene.on_violation != OnViolation::stop,
+            [&] { return Error("ledger, in " + where() + ": " + text, Exit::numerical); });
+    if (std::exchange(ledger_warned_, true)) return;
+    warnings.push_back("ledger, first in " + where() + ": " + text);
 }
 
 bool Participant::Session::settle()
@@ -338,6 +378,10 @@ void Participant::Session::write_summary(int exit) const
                                       {"warnings", said},
                                       {"skipped", skipped}};
     if (group) summary["iterations"] = iterations_;
+    for (auto const& channel : out)
+        if (channel.account) summary["ledger"].push_back(channel.account->summary());
+    for (auto const& channel : in)
+        if (channel.account) summary["ledger"].push_back(channel.account->summary());
     if (resumed_at > 0) summary["resumed_at"] = resumed_at;
     auto const base = options.directory / ".sluice" / name_of_member(self);
     write_atomically(base.string() + ".json", summary.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));

@@ -139,6 +139,8 @@ struct Participant::Session
     void await_credit(OutChannel& channel, OutChannel::Target& target, std::int64_t frame);
     void emit(OutChannel& channel, std::int64_t frame, std::uint32_t iteration, std::span<std::int64_t const> ids,
               std::vector<std::span<double const>> const& columns);
+    void book_sent(OutChannel& channel, std::vector<std::span<double const>> const& columns,
+                   std::vector<int> const& went);
     void emit_kept(std::int64_t frame);
     void require_written(std::int64_t frame) const;
     void await_frame(Action const& action);
@@ -170,9 +172,13 @@ struct Participant::Session
     void put_group_state(State& state) const;
     void take_group_state(State const& state);
 
+    void open_accounts();
+    void close_accounts();
+    void check_account(Account const& account);
     void open_window(Window& window, Action const& action);
     void book(Activity activity);  //!< the time since the last call
 
+    bool ledger_warned_ = false;
     Plan plan_;
     std::deque<Plan> told_;  //!< by the one who paces, not used yet
     std::int64_t next_planned_ = 0;

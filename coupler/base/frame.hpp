@@ -37,6 +37,7 @@ struct Frame
     std::uint32_t iteration = 0;  //!< of the window, in an implicit group; else 0
     Held<std::int64_t> ids;       //!< lasting ids, one a point
     std::vector<Held<double>> columns;
+    std::vector<double> totals = {};  //!< sums over the points of what adds up; empty: not yet summed
 
     std::size_t points() const { return ids.values.size(); }
 };

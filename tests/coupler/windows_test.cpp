@@ -152,8 +152,10 @@ TEST_CASE("windows: steps that are exact keep every window a multiple of them")
             self.next_window(0.1 + 0.03 * static_cast<double>(window.index % 3));
         }
     };
-    expect_well(in_threads::run(two("end: 1, window: auto, pace: a", "  - {from: a, to: b, data: place, lag: 1, predict: linear}\n  - {from: b, to: a, data: place, lag: 1}\n"),
-                                {{"a", exact}, {"b", signal("a", b)}}, scratch.path()));
+    expect_well(in_threads::run(
+        two("end: 1, window: auto, pace: a",
+            "  - {from: a, to: b, data: place, lag: 1, predict: linear}\n  - {from: b, to: a, data: place, lag: 1}\n"),
+        {{"a", exact}, {"b", signal("a", b)}}, scratch.path()));
     for (double const ratio : lengths) CHECK(std::abs(ratio - std::round(ratio)) < 1e-9);
     CHECK(*std::max_element(lengths.begin(), lengths.end()) > 4.5);
     CHECK(b.worst < 1e-12);
@@ -207,8 +209,8 @@ TEST_CASE("participant: writing twice in a window, or not at all, is a bug that 
                 for (int k = 0; k < (window.index == 2 ? times : 1); ++k) tell();
         };
         in_threads::Scratch scratch;
-        auto const outcome = in_threads::run(two("end: 1, window: 0.1", parallel), {{"a", a}, {"b", signal("a", b)}},
-                                             scratch.path());
+        auto const outcome =
+            in_threads::run(two("end: 1, window: 0.1", parallel), {{"a", a}, {"b", signal("a", b)}}, scratch.path());
         CHECK(outcome.errors[0].find(times == 0 ? "wrote nothing to \"b\"" : "wrote place twice in window 2") !=
               std::string::npos);
         CHECK(outcome.errors[1].find("participant \"a\" stopped in window 2") != std::string::npos);

@@ -90,18 +90,20 @@ couplings:
 )" + implicit;
     Counted counted;
     in_threads::Scratch scratch;
-    note_outcome(counted,
-                 in_threads::run(scene, {{"solid", solid(density, added_mass, wobble, counted)}, {"fluid", fluid(added_mass)}},
-                                 scratch.path()));
+    note_outcome(
+        counted,
+        in_threads::run(scene, {{"solid", solid(density, added_mass, wobble, counted)}, {"fluid", fluid(added_mass)}},
+                        scratch.path()));
     for (double const e : counted.errors) counted.worst = std::max(counted.worst, std::abs(e));
     return counted;
 }
 
 std::string group_of(std::string const& method, double relaxation)
 {
-    return fmt::format("implicit: [{{participants: [solid, fluid], method: {}, relaxation: {}, tolerance: 1e-10, "
-                       "max_iterations: 500}}]\n",
-                       method, relaxation);
+    return fmt::format(
+        "implicit: [{{participants: [solid, fluid], method: {}, relaxation: {}, tolerance: 1e-10, "
+        "max_iterations: 500}}]\n",
+        method, relaxation);
 }
 
 // ---- C09b, as in c09_test.cpp: x = (cos 2 pi t +- cos 6 pi t) / 2
@@ -128,9 +130,7 @@ in_threads::Solve mass(int number, int steps, Counted& counted)
         for (sluice::Window const& window : self.windows()) {
             auto other = self.read(partner, "place", window);
             double const h = window.length / steps;
-            auto pull = [&](double t) {
-                return -4 * pi * pi * x - 16 * pi * pi * (x - other.columns(t)[0][0]);
-            };
+            auto pull = [&](double t) { return -4 * pi * pi * x - 16 * pi * pi * (x - other.columns(t)[0][0]); };
             for (int k = 0; k < steps; ++k) {
                 v += h / 2 * pull(window.time(k, steps));
                 x += h * v;
@@ -195,7 +195,8 @@ TEST_CASE("C09c: explicit staggering multiplies the error by the table's ratio a
 
 TEST_CASE("C09c: implicit coupling converges where explicit staggering fails")
 {
-    // F / (rho_s + C_A) is reached to the tolerance: |error| <= 1e-10 |a| times the amplification 1 / (1 + m) of the map
+    // F / (rho_s + C_A) is reached to the tolerance: |error| <= 1e-10 |a| times the amplification 1 / (1 + m) of the
+    // map
     for (double const density : {2.65, 1.1, 0.9, 0.5, 0.1})
         for (std::string const method : {"constant", "aitken", "iqn-ils"}) {
             verification::Stopwatch watch;
@@ -203,11 +204,11 @@ TEST_CASE("C09c: implicit coupling converges where explicit staggering fails")
             double const relaxation = method == "constant" ? limit / 2 : 0.5 * std::min(1.0, limit);
             auto const run = added_mass_run(density, 1.0, 0.2, group_of(method, relaxation));
             REQUIRE(run.wrong == "");
-            CHECK(verification::report({"C09c",
-                                        fmt::format("error, {}, rho_s/rho_f = {}, {:.1f} iterations", method, density,
-                                                    run.iterations),
-                                        run.worst, 0, run.worst, 1e-9, watch.seconds()}));
-            CHECK(run.iterations <= 8);  // scalar and linear: 3 by Aitken's and the secant method, 2 with the best factor
+            CHECK(verification::report(
+                {"C09c", fmt::format("error, {}, rho_s/rho_f = {}, {:.1f} iterations", method, density, run.iterations),
+                 run.worst, 0, run.worst, 1e-9, watch.seconds()}));
+            CHECK(run.iterations <=
+                  8);  // scalar and linear: 3 by Aitken's and the secant method, 2 with the best factor
         }
 }
 
