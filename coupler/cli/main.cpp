@@ -7,6 +7,7 @@
 #include "coupler/cli/check.hpp"
 #include "coupler/cli/collect.hpp"
 #include "coupler/cli/graph.hpp"
+#include "coupler/cli/keygen.hpp"
 #include "coupler/cli/launch.hpp"
 #include "coupler/record/atomic_file.hpp"
 
@@ -33,6 +34,7 @@ struct Options
     path picture;
     std::vector<path> runs;
     path page;
+    std::vector<std::string> names;
 };
 
 int run_scene(Options& o)
@@ -134,8 +136,12 @@ int main(int argc, char** argv)
     auto* const report = app.add_subcommand("report", "one self-contained page about a run, or comparing several");
     report->add_option("RUN", o.runs, "directories of runs")->required();
     report->add_option("-o,--output", o.page, "the page (report.html or comparison.html in the first directory)");
+    auto* const keys = app.add_subcommand("keygen", "keys for participants on several hosts");
+    keys->add_option("DIR", o.directory, "where they go; made if needed")->required();
+    keys->add_option("SCENE|NAME", o.names, "a scene, or the names of participants")->required();
     try {
         app.parse(argc, argv);
+        if (*keys) return keygen(o.directory, o.names);
         if (*run) return run_scene(o);
         if (*check) return check_only(o);
         if (*graph) return draw_graph(o);

@@ -15,14 +15,17 @@ namespace {
 
 constexpr std::size_t key_length = 40;  // Z85 of 32 bytes
 
+Error already_there(std::filesystem::path const& file)
+{
+    return Error(file.string() + ": exists (keys are not overwritten: others may trust them). Remove it first.",
+                 Exit::security);
+}
+
 void write_key(std::filesystem::path const& file, char const* key, mode_t mode)
 {
     int const handle = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     require(handle >= 0, [&] {
-        if (errno == EEXIST)
-            return Error(file.string() + ": exists (keys are not overwritten: others may trust them). Remove it first.",
-                         Exit::security);
-        return Error(file.string() + ": " + std::strerror(errno) + ".", Exit::io);
+        return errno == EEXIST ? already_there(file) : Error(file.string() + ": " + std::strerror(errno) + ".", Exit::io);
     });
     auto const line = std::string(key) + "\n";
     bool const written = ::fchmod(handle, mode) == 0 &&
@@ -63,14 +66,17 @@ std::string read_key(std::filesystem::path const& file, mode_t forbidden, char c
 
 }  // namespace
 
+void require_no_keys(std::filesystem::path const& directory, std::vector<std::string> const& names)
+{
+    for (auto const& name : names)
+        for (char const* kind : {".public", ".secret"})
+            require(!std::filesystem::exists(directory / (name + kind)),
+                    [&] { return already_there(directory / (name + kind)); });
+}
+
 void make_key_pair(std::filesystem::path const& directory, std::string const& name)
 {
-    for (char const* kind : {".public", ".secret"})
-        require(!std::filesystem::exists(directory / (name + kind)), [&] {
-            return Error((directory / (name + kind)).string() +
-                             ": exists (keys are not overwritten: others may trust them). Remove it first.",
-                         Exit::security);
-        });
+    require_no_keys(directory, {name});
     char open[key_length + 1], secret[key_length + 1];
     require(zmq_curve_keypair(open, secret) == 0,
             [] { return Error("this libzmq has no CURVE (needed for keys).", Exit::security); });

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace sluice {
 
@@ -11,6 +12,9 @@ struct KeyPair
     std::string open;    //!< public
     std::string secret;  //!< never in a message, log or report
 };
+
+//! Throws Error (exit 8) if one of the names has a key there already: others may trust it.
+void require_no_keys(std::filesystem::path const& directory, std::vector<std::string> const& names);
 
 //! Writes NAME.public (0644) and NAME.secret (0600). Throws Error (exit 8) if one of them is there already, (exit 7) if
 //! it cannot be written.

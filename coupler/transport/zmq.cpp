@@ -1,11 +1,11 @@
 #include <poll.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 
 #include "coupler/transport/transport.hpp"
 #include "coupler/transport/zmq_door.hpp"
 #include "coupler/transport/zmq_pool.hpp"
+#include "coupler/transport/zmq_socket.hpp"
 #include "coupler/transport/zmq_watch.hpp"
 
 namespace sluice {
@@ -13,10 +13,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int high_water_mark = 16;           // messages each way: bounds what a fast sender queues
-constexpr std::size_t copied_below = 16'384;  // bytes; transport_bench: a copy is cheaper than the way back of a buffer
+constexpr std::size_t copied_below =
+    65'536;  // bytes; zmq_bench: below, a copy costs no more than handing over a buffer
 constexpr milliseconds first_retry{10}, longest_retry{200}, meeting_slice{20};
-constexpr rlim_t enough_descriptors = 65'536;
 
 class ZmqTransport final : public Transport
 {
@@ -28,12 +27,13 @@ class ZmqTransport final : public Transport
         for (int peer = 0; peer < count; ++peer) {
             bool const other = peer != members.self;
             endpoints_.push_back(other ? endpoint_between(members, network, peer) : Endpoint{});
-            sockets_.push_back(other ? open_socket(peer, members.self < peer) : nullptr);
+            sockets_.push_back(other ? open_pair(context_.get(), network) : nullptr);
             calls_.emplace_back();
             calls_.back().due = other && members.self > peer;
             slots_.push_back(nullptr);
             if (!other) continue;
             peers_.push_back(peer);
+            doorman_.protect(sockets_.back().get(), peer, members.self < peer);
             int descriptor = -1;
             std::size_t size = sizeof descriptor;
             zmq_getsockopt(sockets_.back().get(), ZMQ_FD, &descriptor, &size);
@@ -73,13 +73,13 @@ class ZmqTransport final : public Transport
     std::optional<Incoming> receive(std::chrono::microseconds patience) override
     {
         auto const deadline = Clock::now() + patience;
-        for (;;) {
-            if (!settled_) call_those_due();
-            if (auto incoming = take_any()) return incoming;
-            auto left = deadline - Clock::now();
-            if (left <= Clock::duration::zero()) return std::nullopt;
-            if (!settled_) left = std::min<Clock::duration>(left, meeting_slice);
-            sleep_until_signal(std::chrono::duration_cast<std::chrono::nanoseconds>(left));
+        for (auto left = Clock::duration(patience);; left = deadline - Clock::now()) {
+            if (!settled_) {
+                call_those_due();
+                left = std::min<Clock::duration>(left, meeting_slice);
+            }
+            if (auto incoming = peers_.size() == 1 ? await_only(left) : await_any(left)) return incoming;
+            if (Clock::now() >= deadline) return std::nullopt;
         }
     }
 
@@ -113,24 +113,6 @@ class ZmqTransport final : public Transport
         return {members, network};
     }
 
-    Socket open_socket(int peer, bool listener)
-    {
-        auto socket = new_socket(context_.get(), ZMQ_PAIR);
-        auto const largest = static_cast<std::int64_t>(network_.largest_message);
-        set_option(socket.get(), ZMQ_LINGER, 500);
-        set_option(socket.get(), ZMQ_SNDHWM, high_water_mark);
-        set_option(socket.get(), ZMQ_RCVHWM, high_water_mark);
-        zmq_setsockopt(socket.get(), ZMQ_MAXMSGSIZE, &largest, sizeof largest);
-        set_option(socket.get(), ZMQ_HEARTBEAT_IVL, static_cast<int>(network_.silence.count() / 5));
-        set_option(socket.get(), ZMQ_HEARTBEAT_TIMEOUT, static_cast<int>(network_.silence.count()));
-        set_option(socket.get(), ZMQ_HANDSHAKE_IVL, 5000);
-        set_option(socket.get(), ZMQ_IMMEDIATE, 1);       // nothing is queued for a connection that there is not
-        set_option(socket.get(), ZMQ_RECONNECT_IVL, -1);  // we call again ourselves, and no more once all have met
-        set_option(socket.get(), ZMQ_IPV6, endpoints_.back().ipv6 ? 1 : 0);
-        doorman_.protect(socket.get(), peer, listener);
-        return socket;
-    }
-
     void listen(Members const& members)
     {
         if (network_.hosts.empty() && !network_.directory.empty())
@@ -138,21 +120,9 @@ class ZmqTransport final : public Transport
                                            members.names[static_cast<std::size_t>(members.self)]);
         for (int peer : peers_) {
             auto const at = static_cast<std::size_t>(peer);
-            if (peer < members.self) continue;
-            if (endpoints_[at].port != 0) allow_many_descriptors();
-            require(zmq_bind(sockets_[at].get(), endpoints_[at].uri.c_str()) == 0,
-                    [&] { return bind_error(endpoints_[at], errno); });
+            if (peer > members.self) listen_at(sockets_[at].get(), endpoints_[at]);
         }
         if (door_) door_->open();
-    }
-
-    //! Strangers may hold a descriptor of ours each until their handshake has timed out.
-    static void allow_many_descriptors()
-    {
-        rlimit limit = {};
-        if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-        limit.rlim_cur = std::max(limit.rlim_cur, std::min(limit.rlim_max, enough_descriptors));
-        ::setrlimit(RLIMIT_NOFILE, &limit);
     }
 
     void call_those_due()
@@ -162,14 +132,14 @@ class ZmqTransport final : public Transport
             auto const at = static_cast<std::size_t>(peer);
             auto& call = calls_[at];
             if (watch_->take_failed_attempt(peer)) {
-                zmq_disconnect(sockets_[at].get(), endpoints_[at].uri.c_str());  // what is left of the attempt
+                hang_up(sockets_[at].get(), endpoints_[at]);
                 call.due = true;
             }
             if (!call.due || now < call.not_before) continue;
             call.not_before = now + call.pause;
             call.pause = std::min<Clock::duration>(2 * call.pause, longest_retry);
             if (door_ && !Door::is_open(network_.directory, peer)) continue;
-            call.due = zmq_connect(sockets_[at].get(), endpoints_[at].uri.c_str()) != 0;
+            call.due = !call_at(sockets_[at].get(), endpoints_[at]);
         }
     }
 
@@ -191,31 +161,49 @@ class ZmqTransport final : public Transport
         return sent;
     }
 
-    std::optional<Incoming> take_any()
+    //! With one peer its socket waits itself: two system calls less than poll and receive.
+    std::optional<Incoming> await_only(Clock::duration time)
+    {
+        int const wait = std::max(0, static_cast<int>(std::chrono::ceil<milliseconds>(time).count()));
+        if (wait != wait_) set_option(sockets_[static_cast<std::size_t>(peers_[0])].get(), ZMQ_RCVTIMEO, wait);
+        wait_ = wait;
+        return take_from(0, 0);
+    }
+
+    std::optional<Incoming> await_any(Clock::duration time)
+    {
+        for (auto& signal : signals_) signal.revents = POLLIN;
+        if (auto incoming = take_signalled()) return incoming;
+        auto const ns = std::max<std::int64_t>(0, std::chrono::duration_cast<std::chrono::nanoseconds>(time).count());
+        timespec const limit{ns / 1'000'000'000, ns % 1'000'000'000};
+        // right after nothing was found: only then do the sockets signal whatever comes next
+        if (::ppoll(signals_.data(), signals_.size(), &limit, nullptr) <= 0) return std::nullopt;
+        return take_signalled();
+    }
+
+    std::optional<Incoming> take_signalled()
     {
         for (std::size_t k = 0; k < peers_.size(); ++k) {
             auto const i = (k + turn_) % peers_.size();  // nobody is served first for ever
-            auto message = std::move(spare_);
-            if (!message) message = std::make_shared<Received>();
-            int const peer = peers_[i];
-            if (zmq_msg_recv(&message->message, sockets_[static_cast<std::size_t>(peer)].get(), ZMQ_DONTWAIT) < 0) {
-                spare_ = std::move(message);
-                continue;
-            }
+            if (signals_[i].revents == 0) continue;
+            auto incoming = take_from(i, ZMQ_DONTWAIT);
+            if (!incoming) continue;
             turn_ = i + 1;
-            if (!settled_) watch_->carried_message(peer, zmq_msg_get(&message->message, ZMQ_SRCFD));
-            auto const* const data = static_cast<std::byte const*>(zmq_msg_data(&message->message));
-            std::span const bytes(data, zmq_msg_size(&message->message));
-            return Incoming{peer, {bytes, std::move(message)}};
+            return incoming;
         }
         return std::nullopt;
     }
 
-    //! Right after take_any() found nothing: only then do the sockets signal whatever comes next.
-    void sleep_until_signal(std::chrono::nanoseconds time)
+    std::optional<Incoming> take_from(std::size_t i, int flags)
     {
-        timespec const limit{time.count() / 1'000'000'000, time.count() % 1'000'000'000};
-        ::ppoll(signals_.data(), signals_.size(), &limit, nullptr);
+        int const peer = peers_[i];
+        if (!spare_) spare_ = std::make_shared<Received>();
+        auto* const raw = &spare_->message;
+        if (zmq_msg_recv(raw, sockets_[static_cast<std::size_t>(peer)].get(), flags) < 0) return std::nullopt;
+        if (!settled_) watch_->carried_message(peer, zmq_msg_get(raw, ZMQ_SRCFD));
+        auto const* const data = static_cast<std::byte const*>(zmq_msg_data(raw));
+        std::span const bytes(data, zmq_msg_size(raw));
+        return Incoming{peer, {bytes, std::move(spare_)}};
     }
 
     Network network_;
@@ -232,6 +220,7 @@ class ZmqTransport final : public Transport
     std::unique_ptr<Door> door_;
     std::unique_ptr<ConnectionWatch> watch_;  // after the sockets: it ends before they close
     std::size_t turn_ = 0;
+    int wait_ = -1;  //!< ms, of await_only()
     bool settled_ = false;
 };
 

@@ -65,7 +65,7 @@ void Connection::event(int number, int value)
                 ++turned_away_;
             else
                 failed_attempt_ = true;
-            if (auto text = handshake_trouble(number, value); !text.empty()) handshake_ = std::move(text);
+            note_handshake(number, value);
     }
 }
 
@@ -74,7 +74,7 @@ void Connection::opened(int descriptor)
     reached_ = true;
     gone_.erase(descriptor);
     open_[descriptor] = terms_.tcp ? 0 : process_behind(descriptor);
-    if (descriptor == own_ && !latched()) lost_ = false;
+    if (descriptor == early_) make_own(descriptor);
 }
 
 void Connection::closed(int descriptor)
@@ -83,27 +83,31 @@ void Connection::closed(int descriptor)
     gone_.insert(descriptor);
     if (!terms_.listener) failed_attempt_ = true;
     if (descriptor != own_) return;
+    own_ = -1;  // the number will be used again, perhaps by a stranger
     lost_ = true;
-    ending_ = how_it_ended();
+    ended_at_ = Clock::now();
 }
 
 //! Before everybody has met a peer may be started again.
 void Connection::make_own(int descriptor)
 {
-    if (latched() && own_ >= 0 && own_ != descriptor) return;
+    if (lost_ && latched()) return;
+    lost_ = false;
     own_ = descriptor;
+    early_ = -1;
     heard_ = Clock::now();
     handshake_.clear();
     refusal_.clear();
-    auto const found = open_.find(descriptor);
-    if (found != open_.end()) process_ = found->second;
-    lost_ = found == open_.end() && gone_.contains(descriptor);
-    if (lost_) ending_ = "its connection ended";
+    if (auto const found = open_.find(descriptor); found != open_.end()) process_ = found->second;
 }
 
 void Connection::carried_message(int descriptor)
 {
-    if (descriptor >= 0 && descriptor != own_) make_own(descriptor);
+    if (descriptor < 0 || descriptor == own_) return;
+    if (open_.contains(descriptor))
+        make_own(descriptor);
+    else
+        early_ = descriptor;  // of a connection that has ended, or whose beginning is not known here yet
 }
 
 void Connection::refused(std::string const& why)
@@ -134,7 +138,7 @@ void Connection::look()
 std::string Connection::how_it_ended() const
 {
     if (terms_.tcp) {
-        auto const silent = std::chrono::duration<double>(Clock::now() - heard_);
+        auto const silent = std::chrono::duration<double>(ended_at_ - heard_);
         return silent > counts_as_silent * terms_.silence ? "no heartbeat for " + seconds(terms_.silence)
                                                           : "its connection ended";
     }
@@ -166,9 +170,17 @@ std::string Connection::handshake_trouble(int number, int value) const
     return {};
 }
 
+//! One side often knows more than the other, and not at every attempt.
+void Connection::note_handshake(int number, int value)
+{
+    auto text = handshake_trouble(number, value);
+    if (text.empty() || (number == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL && !handshake_.empty())) return;
+    handshake_ = std::move(text);
+}
+
 std::string Connection::trouble() const
 {
-    if (lost_) return ending_;
+    if (lost_) return how_it_ended();
     if (is_taken()) return {};
     if (!refusal_.empty()) return refusal_;
     if (!handshake_.empty()) return handshake_;

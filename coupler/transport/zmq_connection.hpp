@@ -33,8 +33,7 @@ class Connection
     void settle();
 
     bool lost() const { return lost_; }
-    bool had() const { return own_ >= 0; }
-    bool is_taken() const { return own_ >= 0 && open_.contains(own_); }
+    bool is_taken() const { return own_ >= 0; }
     bool is_settled() const { return settled_; }
     //! Whether an attempt to connect has ended since the last call: it is to be repeated.
     bool take_failed_attempt() { return std::exchange(failed_attempt_, false); }
@@ -52,16 +51,18 @@ class Connection
     bool latched() const;
     std::string how_it_ended() const;
     std::string handshake_trouble(int number, int value) const;
+    void note_handshake(int number, int value);
 
     Terms terms_;
     std::map<int, pid_t> open_;  //!< connections there are, by descriptor, with the process behind it (ipc)
     std::set<int> gone_;         //!< descriptors that were closed and not used again
-    int own_ = -1;               //!< the peer's own connection, the last one if there is none now
+    int own_ = -1;               //!< the peer's own connection
+    int early_ = -1;             //!< one that carried a message before its beginning was known
     pid_t process_ = 0;          //!< of the peer, where the kernel tells (ipc)
     int listening_ = -1;
     bool lost_ = false, settled_ = false, failed_attempt_ = false, reached_ = false;
-    Clock::time_point settled_at_{}, heard_{};
-    std::string handshake_, refusal_, ending_;
+    Clock::time_point settled_at_{}, heard_{}, ended_at_{};
+    std::string handshake_, refusal_;
     int turned_away_ = 0;
 };
 

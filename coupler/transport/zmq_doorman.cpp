@@ -9,7 +9,7 @@ namespace sluice {
 namespace {
 
 //! What a connecting member calls itself; the number changes with what the two sides say before their first message.
-constexpr char const* version = "sluice/1 ";
+constexpr char const* version = "sluice/1";
 
 //! "water:1" is a process of "water" and uses its keys.
 std::string participant_of(std::string const& member)
@@ -61,7 +61,7 @@ void Doorman::protect(void* socket, int peer, bool listener) const
     } else if (listener) {
         set_option(socket, ZMQ_PLAIN_SERVER, 1);
     } else {
-        set_text(socket, ZMQ_PLAIN_USERNAME, version + names_[static_cast<std::size_t>(self_)]);
+        set_text(socket, ZMQ_PLAIN_USERNAME, std::string(version) + " " + names_[static_cast<std::size_t>(self_)]);
         set_text(socket, ZMQ_PLAIN_PASSWORD, word_);
     }
 }
@@ -99,8 +99,9 @@ std::string Doorman::judge_word(int peer, Request const& request) const
     bool const ours = who.starts_with("sluice/") && who.size() < 200 &&
                       std::all_of(who.begin(), who.end(), [](char c) { return c >= ' ' && c <= '~'; });
     if (!ours) return "it is none of ours";
-    if (!who.starts_with(version)) return "it speaks " + who.substr(0, who.find(' ')) + ", this is " + version;
-    if (who != version + name) return "it is \"" + who.substr(std::string(version).size()) + "\"";
+    auto const space = std::min(who.find(' '), who.size());
+    if (who.substr(0, space) != version) return "it speaks " + who.substr(0, space) + ", this is " + version;
+    if (who.substr(space) != " " + name) return "it is \"" + who.substr(std::min(space + 1, who.size())) + "\"";
     if (!equal(request.credentials[1], word_)) return "it belongs to another run";
     return {};
 }
