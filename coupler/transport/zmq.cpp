@@ -88,7 +88,8 @@ class ZmqTransport final : public Transport
 
     std::string trouble(int peer) const override
     {
-        if (calls_[static_cast<std::size_t>(peer)].due && door_) return "it does not listen yet";
+        bool const waits = calls_[static_cast<std::size_t>(peer)].due && door_;
+        if (waits && !Door::is_open(network_.directory, peer)) return "it does not listen yet";
         return watch_->trouble(peer);
     }
 

@@ -74,6 +74,12 @@ Door::Door(std::filesystem::path const& directory, int member, std::string const
     require(file_ >= 0, [&] { return cannot(door_file(directory, member)); });
     auto lock = lock_of(owned);
     if (::fcntl(file_, F_OFD_SETLK, &lock) != 0) {
+        if (errno != EAGAIN && errno != EACCES) {
+            int const error = errno;
+            ::close(file_);
+            errno = error;
+            throw cannot(door_file(directory, member));
+        }
         char owner[16] = {};
         auto const length = ::read(file_, owner, sizeof owner - 1);
         ::close(file_);

@@ -140,12 +140,14 @@ TEST_CASE("Z4: 5000 connections that come and go stop neither a meeting nor a ru
         int const port = free_ports();
         auto const a = member(0, way.network(port)), b = member(1, way.network(port));
         REQUIRE(greet(*a, *b));
+        auto const before = memory("VmRSS");
         int const visits = way.name == "loopback" ? 5000 : 1000;
         for (int n = 0; n < visits; ++n) {
             throw_at(port_of_pair(port), "x");
             if (n % 500 == 0) CHECK(talk(*a, *b, 1));
         }
         CHECK(talk(*a, *b, 5));
+        CHECK(memory("VmRSS") - before < 64'000'000);
         a->settle();
         b->settle();
         for (int n = 0; n < 3; ++n) CHECK(tcp::connect("127.0.0.1", port_of_pair(port)) == -1);  // shut for good
