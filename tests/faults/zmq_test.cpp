@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <fstream>
+#include <set>
 
 #include "tests/faults/zmq_pair.hpp"
 #include "tests/support/tcp_proxy.hpp"
@@ -382,6 +383,51 @@ TEST_CASE("S6: a member holds at most 4 descriptors for each peer")
     MESSAGE("descriptors of one member: " << constant << " and " << per_peer << " for each peer");
     CHECK(per_peer <= 4.0);
     CHECK(constant <= 20.0);
+}
+
+TEST_CASE("several peers: a token that goes round among messages to everybody is never slept over")
+{
+    constexpr int count = 4, rounds = 500;
+    in_threads::Scratch scratch;
+    auto const network = over_ipc(scratch);
+    std::vector<std::string> names;
+    for (int p = 0; p < count; ++p) names.push_back("m" + std::to_string(p));
+    std::vector<std::string> wrong(count);
+    auto body = [&](int self) {
+        auto const t = sluice::make_zmq_transport({names, self}, network);
+        std::set<std::string> come;
+        auto tell_all = [&](std::string const& number) {
+            for (int p = 0; p < count; ++p)
+                if (p != self && !say(*t, p, number)) throw std::runtime_error("no way to a peer");
+        };
+        for (int n = 0; n < rounds; ++n) {
+            if (n % count == self) tell_all(std::to_string(n));               // all others wait for it
+            while (n % count != self && !come.contains(std::to_string(n))) {  // two senders have no order
+                auto const incoming = t->receive(patience);  // one long sleep: a missed signal would end the test
+                if (!incoming) throw std::runtime_error("nothing in round " + std::to_string(n));
+                come.emplace(reinterpret_cast<char const*>(incoming->message.bytes.data()),
+                             incoming->message.bytes.size());
+            }
+            if (n == count) t->settle();
+        }
+        tell_all("bye " + std::to_string(self));
+        for (int p = 0; p < count; ++p)
+            while (p != self && !t->lost(p) && !come.contains("bye " + std::to_string(p)))
+                if (auto const incoming = t->receive(milliseconds(100)))
+                    come.emplace(reinterpret_cast<char const*>(incoming->message.bytes.data()),
+                                 incoming->message.bytes.size());
+    };
+    std::vector<std::thread> threads;
+    for (int p = 0; p < count; ++p)
+        threads.emplace_back([&, p] {
+            try {
+                body(p);
+            } catch (std::exception const& e) {
+                wrong[static_cast<std::size_t>(p)] = e.what();
+            }
+        });
+    for (auto& thread : threads) thread.join();
+    for (auto const& text : wrong) CHECK(text == "");
 }
 
 TEST_CASE("HWM: a slow reader bounds what a fast sender queues, and loses nothing")
