@@ -88,6 +88,7 @@ struct Network
     std::filesystem::path keys = {};       //!< directory of CURVE keys; empty: no encryption
     std::chrono::milliseconds silence{10'000};           //!< how long a peer may be silent before it counts as lost
     std::size_t largest_message = std::size_t{1} << 30;  //!< bytes; more is refused on both sides, alike everywhere
+    int queue = 64;  //!< messages that wait at each end; more than a peer sends ahead of one that computes
 };
 
 //! ZeroMQ, one PAIR socket for each peer. Before settle() a peer may be started again: it is then lost() for a moment,

@@ -27,7 +27,7 @@ class ZmqTransport final : public Transport
         for (int peer = 0; peer < count; ++peer) {
             bool const other = peer != members.self;
             endpoints_.push_back(other ? endpoint_between(members, network, peer) : Endpoint{});
-            sockets_.push_back(other ? open_pair(context_.get(), network) : nullptr);
+            sockets_.push_back(other ? open_pair(context_.get(), network, endpoints_.back().port != 0) : nullptr);
             calls_.emplace_back();
             calls_.back().due = other && members.self > peer;
             slots_.push_back(nullptr);

@@ -2,10 +2,11 @@
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <signal.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <zmq.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -13,7 +14,13 @@ namespace sluice {
 namespace {
 
 constexpr std::chrono::milliseconds settling{300};  // events of the time before may still be on their way
-constexpr double counts_as_silent = 0.6;            // of the silence: heartbeats come 5 times as often
+
+std::uint64_t cookie_of(int descriptor)
+{
+    std::uint64_t cookie = 0;
+    socklen_t size = sizeof cookie;
+    return ::getsockopt(descriptor, SOL_SOCKET, SO_COOKIE, &cookie, &size) == 0 ? cookie : 0;
+}
 
 pid_t process_behind(int descriptor)
 {
@@ -73,7 +80,7 @@ void Connection::opened(int descriptor)
 {
     reached_ = true;
     gone_.erase(descriptor);
-    open_[descriptor] = terms_.tcp ? 0 : process_behind(descriptor);
+    open_[descriptor] = {terms_.tcp ? 0 : process_behind(descriptor), cookie_of(descriptor)};
     if (descriptor == early_) make_own(descriptor);
 }
 
@@ -85,20 +92,19 @@ void Connection::closed(int descriptor)
     if (descriptor != own_) return;
     own_ = -1;  // the number will be used again, perhaps by a stranger
     lost_ = true;
-    ended_at_ = Clock::now();
 }
 
 //! Before everybody has met a peer may be started again.
 void Connection::make_own(int descriptor)
 {
     if (lost_ && latched()) return;
-    lost_ = false;
+    lost_ = silent_ = false;
     own_ = descriptor;
     early_ = -1;
     heard_ = Clock::now();
     handshake_.clear();
     refusal_.clear();
-    if (auto const found = open_.find(descriptor); found != open_.end()) process_ = found->second;
+    if (auto const found = open_.find(descriptor); found != open_.end()) other_ = found->second;
 }
 
 void Connection::carried_message(int descriptor)
@@ -126,24 +132,34 @@ bool Connection::latched() const
     return settled_ && Clock::now() > settled_at_ + settling;
 }
 
+//! Every byte is a sign of life, also of a large message that takes long, and so is what is not taken in on this side.
 void Connection::look()
 {
     if (!terms_.tcp || !is_taken()) return;
     tcp_info info = {};
     socklen_t size = sizeof info;
-    if (::getsockopt(own_, IPPROTO_TCP, TCP_INFO, &info, &size) == 0)
-        heard_ = Clock::now() - std::chrono::milliseconds(info.tcpi_last_data_recv);
+    int waiting = 0;
+    if (::getsockopt(own_, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return;
+    auto const now = Clock::now();
+    bool const unread = ::ioctl(own_, FIONREAD, &waiting) == 0 && waiting > 0;
+    heard_ = std::max(heard_, unread ? now : now - std::chrono::milliseconds(info.tcpi_last_data_recv));
+    if (now - heard_ > terms_.silence) hang_up_on_silent();
+}
+
+//! ZeroMQ then finds the connection ended, and so does the other side once it can be reached.
+void Connection::hang_up_on_silent()
+{
+    if (cookie_of(own_) != other_.cookie) return;
+    lost_ = silent_ = true;
+    ::shutdown(own_, SHUT_RDWR);
 }
 
 std::string Connection::how_it_ended() const
 {
-    if (terms_.tcp) {
-        auto const silent = std::chrono::duration<double>(ended_at_ - heard_);
-        return silent > counts_as_silent * terms_.silence ? "no heartbeat for " + seconds(terms_.silence)
-                                                          : "its connection ended";
-    }
-    auto const process = "its process " + std::to_string(process_);
-    char const state = process_ > 0 ? state_of(process_) : 'S';
+    if (silent_) return "no heartbeat for " + seconds(terms_.silence);
+    if (terms_.tcp) return "its connection ended";
+    auto const process = "its process " + std::to_string(other_.process);
+    char const state = other_.process > 0 ? state_of(other_.process) : 'S';
     if (state == '\0' || state == 'Z' || state == 'X') return process + " ended";
     if (state == 'T' || state == 't')
         return "no heartbeat for " + seconds(terms_.silence) + ": " + process + " is stopped";

@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -29,7 +30,7 @@ class Connection
     void event(int number, int value);     //!< ZMQ_EVENT_...; value: a descriptor, an error or a status, see zmq.h
     void carried_message(int descriptor);  //!< a message came over this connection, so it is the peer's own
     void refused(std::string const& why);  //!< by this side's doorman
-    void look();                           //!< notes when the peer was last heard of; call every silence / 4
+    void look();  //!< whether the peer is silent for too long; call a few times in the silence allowed
     void settle();
 
     bool lost() const { return lost_; }
@@ -48,20 +49,26 @@ class Connection
     void opened(int descriptor);
     void closed(int descriptor);
     void make_own(int descriptor);
+    void hang_up_on_silent();
     bool latched() const;
     std::string how_it_ended() const;
     std::string handshake_trouble(int number, int value) const;
     void note_handshake(int number, int value);
 
     Terms terms_;
-    std::map<int, pid_t> open_;  //!< connections there are, by descriptor, with the process behind it (ipc)
+    struct Other  //!< the other end of a connection
+    {
+        pid_t process = 0;         //!< where the kernel tells (ipc)
+        std::uint64_t cookie = 0;  //!< the kernel's name of the socket: descriptors are used again
+    };
+    std::map<int, Other> open_;  //!< connections there are, by descriptor
     std::set<int> gone_;         //!< descriptors that were closed and not used again
     int own_ = -1;               //!< the peer's own connection
     int early_ = -1;             //!< one that carried a message before its beginning was known
-    pid_t process_ = 0;          //!< of the peer, where the kernel tells (ipc)
+    Other other_;                //!< of the peer's own connection
     int listening_ = -1;
-    bool lost_ = false, settled_ = false, failed_attempt_ = false, reached_ = false;
-    Clock::time_point settled_at_{}, heard_{}, ended_at_{};
+    bool lost_ = false, silent_ = false, settled_ = false, failed_attempt_ = false, reached_ = false;
+    Clock::time_point settled_at_{}, heard_{};
     std::string handshake_, refusal_;
     int turned_away_ = 0;
 };

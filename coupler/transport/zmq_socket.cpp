@@ -7,10 +7,10 @@
 namespace sluice {
 namespace {
 
-constexpr int high_water_mark = 16;  // messages each way: bounds what a fast sender queues
-constexpr int linger = 500;          // ms that an end waits for what nobody takes
-constexpr int handshake = 5000;      // ms that a stranger may hold a descriptor
-constexpr int beats = 5;             // heartbeats in the silence that is allowed
+constexpr int linger = 500;        // ms that an end waits for what nobody takes
+constexpr int handshake = 5000;    // ms that a stranger may hold a descriptor
+constexpr int beats = 5;           // heartbeats in the silence that is allowed
+constexpr int never = 86'400'000;  // ms
 constexpr rlim_t enough_descriptors = 65'536;
 
 //! Strangers may hold a descriptor of ours each until their handshake has timed out.
@@ -24,17 +24,18 @@ void allow_many_descriptors()
 
 }  // namespace
 
-Socket open_pair(void* context, Network const& network)
+Socket open_pair(void* context, Network const& network, bool tcp)
 {
     auto socket = new_socket(context, ZMQ_PAIR);
     auto const largest = static_cast<std::int64_t>(network.largest_message);
     auto const silence = static_cast<int>(network.silence.count());
     zmq_setsockopt(socket.get(), ZMQ_MAXMSGSIZE, &largest, sizeof largest);
     set_option(socket.get(), ZMQ_LINGER, linger);
-    set_option(socket.get(), ZMQ_SNDHWM, high_water_mark);
-    set_option(socket.get(), ZMQ_RCVHWM, high_water_mark);
+    set_option(socket.get(), ZMQ_SNDHWM, network.queue);
+    set_option(socket.get(), ZMQ_RCVHWM, network.queue);
     set_option(socket.get(), ZMQ_HEARTBEAT_IVL, silence / beats);
-    set_option(socket.get(), ZMQ_HEARTBEAT_TIMEOUT, silence);
+    // Over tcp Connection::look() finds who is silent: to ZeroMQ a message under way is no sign of life before its end.
+    set_option(socket.get(), ZMQ_HEARTBEAT_TIMEOUT, tcp ? never : silence);
     set_option(socket.get(), ZMQ_HANDSHAKE_IVL, handshake);
     set_option(socket.get(), ZMQ_IMMEDIATE, 1);       // nothing is queued for a connection that there is not
     set_option(socket.get(), ZMQ_RECONNECT_IVL, -1);  // we call again ourselves, and no more once all have met

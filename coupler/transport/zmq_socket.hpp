@@ -6,7 +6,7 @@
 namespace sluice {
 
 //! A PAIR socket with every bound that a run needs: queues, sizes, heartbeats, handshake, linger.
-Socket open_pair(void* context, Network const& network);
+Socket open_pair(void* context, Network const& network, bool tcp);
 
 //! Throws bind_error(). Over tcp this process may then hold more descriptors than before.
 void listen_at(void* socket, Endpoint const& endpoint);

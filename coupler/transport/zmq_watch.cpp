@@ -16,6 +16,8 @@ constexpr int events_of_interest = ZMQ_EVENT_LISTENING | ZMQ_EVENT_ACCEPTED | ZM
                                    ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
                                    ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL;
 
+constexpr std::chrono::milliseconds shortest_look{20}, longest_look{500};
+
 std::string take_part(void* socket)
 {
     Received part;
@@ -48,7 +50,7 @@ ConnectionWatch::ConnectionWatch(void* context, std::vector<Socket> const& socke
     : sockets_(sockets),
       endpoints_(endpoints),
       doorman_(doorman),
-      look_every_(std::max(silence / 4, std::chrono::milliseconds(20))),
+      look_every_(std::clamp(silence / 10, shortest_look, longest_look)),
       events_(new_socket(context, ZMQ_PULL)),
       requests_(new_socket(context, ZMQ_REP)),
       stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <stdexcept>
@@ -71,9 +72,10 @@ class Proxy
         ::close(door_);
     }
 
-    std::atomic<bool> hold{false};    //!< nothing passes; connections stay
-    std::atomic<bool> cut{false};     //!< connections are reset, once
-    std::atomic<int> connections{0};  //!< so far
+    std::atomic<std::size_t> chunk{65'536};  //!< bytes that pass at once; fewer than that: every 5 ms
+    std::atomic<bool> hold{false};           //!< nothing passes; connections stay
+    std::atomic<bool> cut{false};            //!< connections are reset, once
+    std::atomic<int> connections{0};         //!< so far
 
  private:
     void run()
@@ -106,7 +108,8 @@ class Proxy
     bool relay(std::size_t i)
     {
         char bytes[65536];
-        auto const n = ::recv(sockets_[i], bytes, sizeof bytes, MSG_DONTWAIT);
+        if (chunk < sizeof bytes) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        auto const n = ::recv(sockets_[i], bytes, std::min<std::size_t>(chunk, sizeof bytes), MSG_DONTWAIT);
         if (n < 0 && errno == EAGAIN) return true;
         for (ssize_t sent = 0; n > 0 && sent < n;) {
             auto const k = ::send(sockets_[i ^ 1], bytes + sent, static_cast<std::size_t>(n - sent), MSG_NOSIGNAL);
