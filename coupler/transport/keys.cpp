@@ -25,7 +25,8 @@ void write_key(std::filesystem::path const& file, char const* key, mode_t mode)
 {
     int const handle = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     require(handle >= 0, [&] {
-        return errno == EEXIST ? already_there(file) : Error(file.string() + ": " + std::strerror(errno) + ".", Exit::io);
+        return errno == EEXIST ? already_there(file)
+                               : Error(file.string() + ": " + std::strerror(errno) + ".", Exit::io);
     });
     auto const line = std::string(key) + "\n";
     bool const written = ::fchmod(handle, mode) == 0 &&
