@@ -20,6 +20,7 @@ struct Options
     std::vector<std::filesystem::path> runs;  //!< report, watch
     std::filesystem::path page;               //!< report -o, schema -o
     std::string word;                         //!< init: the template; explain: what
+    std::vector<std::string> names;           //!< keygen: participants, or a scene
     bool once = false;                        //!< watch
     std::filesystem::path paths_in;           //!< schema --paths: the scene
 };

@@ -4,6 +4,7 @@
 
 #include "coupler/base/error.hpp"
 #include "coupler/cli/commands.hpp"
+#include "coupler/cli/keygen.hpp"
 
 // The command line's grammar. One file, since CLI11 costs 3 s each time it is compiled; what the commands do is
 // elsewhere.
@@ -44,6 +45,14 @@ void add_before_run(CLI::App& app, Options& o, Actions& actions)
     graph->add_option("-o,--output", o.picture, "a file ending in .svg, .png or .pdf");
     graph->add_flag("--json", o.json, "the topology as JSON");
     actions.emplace_back(graph, [&o] { return graph_command(o); });
+}
+
+void add_keygen(CLI::App& app, Options& o, Actions& actions)
+{
+    auto* const keys = app.add_subcommand("keygen", "keys for participants on several hosts");
+    keys->add_option("DIR", o.directory, "where they go; made if needed")->required();
+    keys->add_option("SCENE|NAME", o.names, "a scene, or the names of participants")->required();
+    actions.emplace_back(keys, [&o] { return keygen(o.directory, o.names); });
 }
 
 void add_schema(CLI::App& app, Options& o, Actions& actions)
@@ -128,6 +137,7 @@ int main(int argc, char** argv)
     add_run(app, o, actions);
     add_before_run(app, o, actions);
     add_schema(app, o, actions);
+    add_keygen(app, o, actions);
     add_after_run(app, o, actions);
     add_help(app, o, actions);
     try {

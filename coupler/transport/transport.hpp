@@ -78,7 +78,7 @@ struct Members
 };
 
 //! Where the members of a run listen, and what protects them. One of `directory` (ipc), `address` (tcp on this host's
-//! loopback), or `hosts` with `port`.
+//! loopback; with a `directory` only processes that can enter it take part), or `hosts` with `port`.
 struct Network
 {
     std::filesystem::path directory = {};  //!< of ours, mode 0700, for ipc sockets
@@ -86,11 +86,15 @@ struct Network
     std::vector<std::string> hosts = {};   //!< per member the address where it listens; empty: this host's loopback
     int port = 0;                          //!< first port with `hosts`, numbered as with `address`
     std::filesystem::path keys = {};       //!< directory of CURVE keys; empty: no encryption
-    std::chrono::milliseconds silence{10'000};  //!< how long a peer may be silent before it counts as lost
+    std::chrono::milliseconds silence{10'000};           //!< how long a peer may be silent before it counts as lost
+    std::size_t largest_message = std::size_t{1} << 30;  //!< bytes; more is refused on both sides, alike everywhere
+    int queue = 64;  //!< messages that wait at each end; more than a peer sends ahead of one that computes
 };
 
-//! ZeroMQ, one PAIR socket for each peer. Two processes must not have the same name in one directory: see NameLock.
-//! Throws Error (exit 7) if a port or path cannot be bound.
+//! ZeroMQ, one PAIR socket for each peer. Before settle() a peer may be started again: it is then lost() for a moment,
+//! and what was sent to it before is gone. Throws Error (exit 2) if a host or port cannot be; (exit 5) if another
+//! process listens in this one's place; (exit 7) if a port or path cannot be bound; (exit 8) if keys or directory are
+//! not safe.
 std::unique_ptr<Transport> make_zmq_transport(Members const& members, Network const& network);
 
 //! Shared memory between members on one host, ZeroMQ between others; hosts need not be told. Handshake and liveness

@@ -1,166 +1,70 @@
-#include <zmq.h>
+#include <poll.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cerrno>
-#include <cstring>
-#include <memory>
-#include <set>
-#include <thread>
 
-#include "coupler/base/error.hpp"
-#include "coupler/transport/buffer.hpp"
 #include "coupler/transport/transport.hpp"
+#include "coupler/transport/zmq_door.hpp"
+#include "coupler/transport/zmq_pool.hpp"
+#include "coupler/transport/zmq_socket.hpp"
+#include "coupler/transport/zmq_watch.hpp"
 
 namespace sluice {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::int64_t largest_message = std::int64_t{1} << 30;  // bytes; libzmq reserves what a header announces
-constexpr int high_water_mark = 16;                              // messages each way: bounds what a fast sender queues
-constexpr milliseconds settling{300};
-constexpr milliseconds slice{50};  // how often a wait looks whether a peer is lost
-
-struct CloseSocket
-{
-    void operator()(void* socket) const { zmq_close(socket); }
-};
-using Socket = std::unique_ptr<void, CloseSocket>;
-
-struct CloseContext
-{
-    void operator()(void* context) const { zmq_ctx_term(context); }
-};
-using Context = std::unique_ptr<void, CloseContext>;
-
-void set_option(void* socket, int option, int value)
-{
-    zmq_setsockopt(socket, option, &value, sizeof value);
-}
-
-//! Watches the connections in a thread of its own: libzmq stops for everybody when its events are not read.
-class ConnectionWatch
-{
- public:
-    //! `sockets` outlives the watch.
-    ConnectionWatch(void* context, std::vector<Socket> const& sockets)
-        : sockets_(sockets), lost_(sockets.size()), open_(sockets.size()), monitors_(sockets.size())
-    {
-        for (std::size_t p = 0; p < sockets.size(); ++p) {
-            if (!sockets[p]) continue;
-            auto const name = "inproc://monitor-" + std::to_string(p);
-            zmq_socket_monitor(sockets[p].get(), name.c_str(),
-                               ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_CONNECTED | ZMQ_EVENT_DISCONNECTED);
-            monitors_[p].reset(zmq_socket(context, ZMQ_PAIR));
-            set_option(monitors_[p].get(), ZMQ_LINGER, 0);
-            zmq_connect(monitors_[p].get(), name.c_str());
-        }
-        thread_ = std::thread([this] { run(); });
-    }
-
-    ConnectionWatch(ConnectionWatch const&) = delete;
-    ConnectionWatch& operator=(ConnectionWatch const&) = delete;
-
-    ~ConnectionWatch()
-    {
-        stop_ = true;
-        thread_.join();
-        for (auto const& socket : sockets_)
-            if (socket) zmq_socket_monitor(socket.get(), nullptr, 0);  // before the reader closes
-    }
-
-    bool lost(int peer) const { return lost_[static_cast<std::size_t>(peer)].load(); }
-    void settle() { settled_at_ = std::chrono::steady_clock::now().time_since_epoch().count(); }
-
- private:
-    void run()
-    {
-        std::vector<zmq_pollitem_t> items;
-        std::vector<std::size_t> peers;
-        for (std::size_t p = 0; p < monitors_.size(); ++p)
-            if (monitors_[p]) {
-                items.push_back({monitors_[p].get(), 0, ZMQ_POLLIN, 0});
-                peers.push_back(p);
-            }
-        while (!stop_) {
-            if (zmq_poll(items.data(), static_cast<int>(items.size()), slice.count()) <= 0) continue;
-            for (std::size_t i = 0; i < items.size(); ++i)
-                if (items[i].revents & ZMQ_POLLIN) read_event(items[i].socket, peers[i]);
-        }
-    }
-
-    //! Events of the time before may still be on their way for a moment.
-    bool settled() const
-    {
-        using std::chrono::steady_clock;
-        return settled_at_ != 0 &&
-               steady_clock::now() > steady_clock::time_point(steady_clock::duration(settled_at_)) + settling;
-    }
-
-    void read_event(void* monitor, std::size_t peer)
-    {
-        unsigned char event[6] = {};  // event number (16 bits) and value (32 bits); a second part names the endpoint
-        if (zmq_recv(monitor, event, sizeof event, ZMQ_DONTWAIT) < 2) return;
-        char endpoint[256];
-        zmq_recv(monitor, endpoint, sizeof endpoint, ZMQ_DONTWAIT);
-        std::uint16_t number = 0;
-        std::memcpy(&number, event, sizeof number);
-        std::uint32_t descriptor = 0;
-        std::memcpy(&descriptor, event + sizeof number, sizeof descriptor);
-        auto& open = open_[peer];
-        if (number != ZMQ_EVENT_DISCONNECTED) {  // before everybody has met a peer may be started again
-            open.insert(descriptor);
-            if (!settled()) lost_[peer] = false;
-        } else if (open.erase(descriptor) > 0 && open.empty())  // not a stranger's that came and went
-            lost_[peer] = true;
-    }
-
-    std::vector<Socket> const& sockets_;
-    std::vector<std::atomic<bool>> lost_;
-    std::vector<std::set<std::uint32_t>> open_;  //!< per peer: descriptors of its connections; the thread's own
-    std::vector<Socket> monitors_;
-    std::atomic<bool> stop_ = false;
-    std::atomic<std::chrono::steady_clock::rep> settled_at_ = 0;
-    std::thread thread_;
-};
-
-//! Keeps a received message alive.
-struct Received
-{
-    Received() { zmq_msg_init(&message); }
-    Received(Received const&) = delete;
-    Received& operator=(Received const&) = delete;
-    ~Received() { zmq_msg_close(&message); }
-    zmq_msg_t message;
-};
+constexpr std::size_t copied_below =
+    65'536;  // bytes; zmq_bench: below, a copy costs no more than handing over a buffer
+constexpr milliseconds first_retry{10}, longest_retry{200}, meeting_slice{20};
 
 class ZmqTransport final : public Transport
 {
  public:
     ZmqTransport(Members const& members, Network const& network)
-        : context_(zmq_ctx_new()), sockets_(members.names.size()), buffers_(members.names.size())
+        : network_(network), doorman_(prepared(members, network)), context_(zmq_ctx_new())
     {
-        auto const address = network.address.empty() ? network.directory.string() : network.address;
-        auto const silence = network.silence;
-        bool const tcp = address.starts_with("tcp://");
         int const count = static_cast<int>(members.names.size());
-        for (int peer = 0; peer < count; ++peer)
-            if (peer != members.self) sockets_[static_cast<std::size_t>(peer)] = open_socket(silence);
-        watch_ = std::make_unique<ConnectionWatch>(context_.get(), sockets_);
-        for (int peer = 0; peer < count; ++peer)
-            if (peer != members.self) attach(peer, members.self, endpoint(address, tcp, peer, members.self, count));
+        for (int peer = 0; peer < count; ++peer) {
+            bool const other = peer != members.self;
+            endpoints_.push_back(other ? endpoint_between(members, network, peer) : Endpoint{});
+            sockets_.push_back(other ? open_pair(context_.get(), network, endpoints_.back().port != 0) : nullptr);
+            calls_.emplace_back();
+            calls_.back().due = other && members.self > peer;
+            slots_.push_back(nullptr);
+            if (!other) continue;
+            peers_.push_back(peer);
+            doorman_.protect(sockets_.back().get(), peer, members.self < peer);
+            int descriptor = -1;
+            std::size_t size = sizeof descriptor;
+            zmq_getsockopt(sockets_.back().get(), ZMQ_FD, &descriptor, &size);
+            signals_.push_back({descriptor, POLLIN, 0});
+        }
+        watch_ = std::make_unique<ConnectionWatch>(context_.get(), sockets_, endpoints_, members.self, doorman_,
+                                                   network.silence);
+        listen(members);
+        call_those_due();
     }
 
     std::span<std::byte> reserve(int peer, std::size_t size) override
     {
-        return buffers_[static_cast<std::size_t>(peer)].room(size);
+        auto& slot = slots_[static_cast<std::size_t>(peer)];
+        if (!slot) slot = pool_.take();
+        return slot->buffer.room(size);
     }
 
     bool commit(int peer, std::size_t size) override
     {
+        require(size <= network_.largest_message, [&] {
+            return Error("a message of " + std::to_string(size) + " bytes (at most " +
+                             std::to_string(network_.largest_message) + " between these participants).",
+                         Exit::io);
+        });
+        if (!settled_) call_those_due();
         auto const at = static_cast<std::size_t>(peer);
-        if (zmq_send(sockets_[at].get(), buffers_[at].data(), size, ZMQ_DONTWAIT) >= 0) return true;
+        int const sent = size < copied_below
+                             ? zmq_send(sockets_[at].get(), slots_[at]->buffer.data(), size, ZMQ_DONTWAIT)
+                             : send_in_place(at, size);
+        if (sent >= 0) return true;
         require(errno == EAGAIN || errno == EINTR,
                 [] { return Error(std::string("zmq_send: ") + zmq_strerror(errno) + ".", Exit::io); });
         return false;
@@ -168,84 +72,157 @@ class ZmqTransport final : public Transport
 
     std::optional<Incoming> receive(std::chrono::microseconds patience) override
     {
-        std::vector<zmq_pollitem_t> items;
-        std::vector<int> peers;
-        for (std::size_t p = 0; p < sockets_.size(); ++p)
-            if (sockets_[p]) {
-                items.push_back({sockets_[p].get(), 0, ZMQ_POLLIN, 0});
-                peers.push_back(static_cast<int>(p));
+        auto const deadline = Clock::now() + patience;
+        for (auto left = Clock::duration(patience);; left = deadline - Clock::now()) {
+            if (!settled_) {
+                call_those_due();
+                left = std::min<Clock::duration>(left, meeting_slice);
             }
-        if (zmq_poll(items.data(), static_cast<int>(items.size()), std::chrono::ceil<milliseconds>(patience).count()) <=
-            0)
-            return std::nullopt;
-        for (std::size_t k = 0; k < items.size(); ++k) {
-            auto const i = (k + turn_) % items.size();  // nobody is served first for ever
-            if (!(items[i].revents & ZMQ_POLLIN)) continue;
-            turn_ = i + 1;
-            auto message = std::make_shared<Received>();
-            if (zmq_msg_recv(&message->message, items[i].socket, ZMQ_DONTWAIT) < 0) continue;
-            auto const* const data = static_cast<std::byte const*>(zmq_msg_data(&message->message));
-            std::span const bytes(data, zmq_msg_size(&message->message));
-            return Incoming{peers[i], {bytes, std::move(message)}};
+            if (auto incoming = peers_.size() == 1 ? await_only(left) : await_any(left)) return incoming;
+            if (Clock::now() >= deadline) return std::nullopt;
         }
-        return std::nullopt;
     }
 
     bool lost(int peer) const override { return watch_->lost(peer); }
     std::string kind() const override { return "zmq"; }
 
-    void settle() override { watch_->settle(); }
+    std::string trouble(int peer) const override
+    {
+        bool const waits = calls_[static_cast<std::size_t>(peer)].due && door_;
+        if (waits && !Door::is_open(network_.directory, peer)) return "it does not listen yet";
+        return watch_->trouble(peer);
+    }
+
+    void settle() override
+    {
+        settled_ = true;
+        watch_->settle();
+    }
 
  private:
-    Socket open_socket(milliseconds silence)
+    struct Call  //!< an attempt to connect to a listener
     {
-        Socket socket(zmq_socket(context_.get(), ZMQ_PAIR));
-        require(socket != nullptr, [] {
-            return Error(std::string("no ZeroMQ socket: ") + zmq_strerror(errno) + ". Raise `ulimit -n`?", Exit::io);
-        });
-        set_option(socket.get(), ZMQ_LINGER, 500);
-        set_option(socket.get(), ZMQ_SNDHWM, high_water_mark);
-        set_option(socket.get(), ZMQ_RCVHWM, high_water_mark);
-        zmq_setsockopt(socket.get(), ZMQ_MAXMSGSIZE, &largest_message, sizeof largest_message);
-        set_option(socket.get(), ZMQ_HEARTBEAT_IVL, static_cast<int>(silence.count() / 5));
-        set_option(socket.get(), ZMQ_HEARTBEAT_TIMEOUT, static_cast<int>(silence.count()));
-        set_option(socket.get(), ZMQ_HANDSHAKE_IVL, 5000);
-        set_option(socket.get(), ZMQ_RECONNECT_IVL, 10);
-        set_option(socket.get(), ZMQ_RECONNECT_IVL_MAX, 200);
-        return socket;
+        bool due = false;
+        Clock::time_point not_before{};
+        Clock::duration pause = first_retry;
+    };
+
+    //! What must be so before there is anything to close.
+    static Doorman prepared(Members const& members, Network const& network)
+    {
+        if (!network.directory.empty() && network.hosts.empty()) require_private(network.directory);
+        return {members, network};
     }
 
-    static std::string endpoint(std::string const& address, bool tcp, int peer, int self, int count)
+    void listen(Members const& members)
     {
-        int const low = std::min(peer, self), high = std::max(peer, self);
-        if (!tcp) return "ipc://" + address + "/" + std::to_string(low) + "-" + std::to_string(high);
-        auto const colon = address.rfind(':');
-        int port = 0;
-        try {
-            port = std::stoi(address.substr(colon + 1));
-        } catch (std::exception const&) {
+        if (network_.hosts.empty() && !network_.directory.empty())
+            door_ = std::make_unique<Door>(network_.directory, members.self,
+                                           members.names[static_cast<std::size_t>(members.self)]);
+        for (int peer : peers_) {
+            auto const at = static_cast<std::size_t>(peer);
+            if (peer > members.self) listen_at(sockets_[at].get(), endpoints_[at]);
         }
-        require(colon > 5 && port > 0 && port + count * count < 65536, [&] {
-            return Error("address " + address + ": no port (needed: tcp://127.0.0.1:PORT, PORT from 1024 to 65000).");
-        });
-        return address.substr(0, colon + 1) + std::to_string(port + low * count + high);
+        if (door_) door_->open();
     }
 
-    void attach(int peer, int self, std::string const& where)
+    void call_those_due()
     {
-        void* const socket = sockets_[static_cast<std::size_t>(peer)].get();
-        int const failed = self < peer ? zmq_bind(socket, where.c_str()) : zmq_connect(socket, where.c_str());
-        require(failed == 0, [&] {
-            return Error(where + ": " + zmq_strerror(errno) + " (needed by this run). Is another run still going?",
-                         Exit::io);
-        });
+        auto const now = Clock::now();
+        for (int peer : peers_) {
+            auto const at = static_cast<std::size_t>(peer);
+            auto& call = calls_[at];
+            if (watch_->take_failed_attempt(peer)) {
+                hang_up(sockets_[at].get(), endpoints_[at]);
+                call.due = true;
+            }
+            if (!call.due || now < call.not_before) continue;
+            call.not_before = now + call.pause;
+            call.pause = std::min<Clock::duration>(2 * call.pause, longest_retry);
+            if (door_ && !Door::is_open(network_.directory, peer)) continue;
+            call.due = !call_at(sockets_[at].get(), endpoints_[at]);
+        }
     }
 
+    int send_in_place(std::size_t at, std::size_t size)
+    {
+        auto*& slot = slots_[at];
+        zmq_msg_t message;
+        require(zmq_msg_init_data(&message, slot->buffer.data(), size, SendPool::give_back, slot) == 0,
+                [] { return Error("no memory for a message.", Exit::io); });
+        int const sent = zmq_msg_send(&message, sockets_[at].get(), ZMQ_DONTWAIT);
+        if (sent >= 0) {
+            slot = nullptr;
+            return sent;
+        }
+        int const error = errno;
+        zmq_msg_close(&message);  // gives the buffer back: it is taken again, for the next attempt
+        slot->busy = true;
+        errno = error;
+        return sent;
+    }
+
+    //! With one peer its socket waits itself: two system calls less than poll and receive.
+    std::optional<Incoming> await_only(Clock::duration time)
+    {
+        int const wait = std::max(0, static_cast<int>(std::chrono::ceil<milliseconds>(time).count()));
+        if (wait != wait_) set_option(sockets_[static_cast<std::size_t>(peers_[0])].get(), ZMQ_RCVTIMEO, wait);
+        wait_ = wait;
+        return take_from(0, 0);
+    }
+
+    std::optional<Incoming> await_any(Clock::duration time)
+    {
+        for (auto& signal : signals_) signal.revents = POLLIN;
+        if (auto incoming = take_signalled()) return incoming;
+        auto const ns = std::max<std::int64_t>(0, std::chrono::duration_cast<std::chrono::nanoseconds>(time).count());
+        timespec const limit{ns / 1'000'000'000, ns % 1'000'000'000};
+        // right after nothing was found: only then do the sockets signal whatever comes next
+        if (::ppoll(signals_.data(), signals_.size(), &limit, nullptr) <= 0) return std::nullopt;
+        return take_signalled();
+    }
+
+    std::optional<Incoming> take_signalled()
+    {
+        for (std::size_t k = 0; k < peers_.size(); ++k) {
+            auto const i = (k + turn_) % peers_.size();  // nobody is served first for ever
+            if (signals_[i].revents == 0) continue;
+            auto incoming = take_from(i, ZMQ_DONTWAIT);
+            if (!incoming) continue;
+            turn_ = i + 1;
+            return incoming;
+        }
+        return std::nullopt;
+    }
+
+    std::optional<Incoming> take_from(std::size_t i, int flags)
+    {
+        int const peer = peers_[i];
+        if (!spare_) spare_ = std::make_shared<Received>();
+        auto* const raw = &spare_->message;
+        if (zmq_msg_recv(raw, sockets_[static_cast<std::size_t>(peer)].get(), flags) < 0) return std::nullopt;
+        if (!settled_) watch_->carried_message(peer, zmq_msg_get(raw, ZMQ_SRCFD));
+        auto const* const data = static_cast<std::byte const*>(zmq_msg_data(raw));
+        std::span const bytes(data, zmq_msg_size(raw));
+        return Incoming{peer, {bytes, std::move(spare_)}};
+    }
+
+    Network network_;
+    Doorman doorman_;
+    SendPool pool_;  // before the context: its thread sends from here
     Context context_;
-    std::vector<Socket> sockets_;
-    std::vector<Buffer> buffers_;             //!< per peer
+    std::vector<Endpoint> endpoints_;     //!< per member
+    std::vector<Socket> sockets_;         //!< per member
+    std::vector<Call> calls_;             //!< per member
+    std::vector<SendPool::Slot*> slots_;  //!< per member: reserved, not yet sent
+    std::vector<int> peers_;              //!< all members but this one
+    std::vector<pollfd> signals_;         //!< per peer
+    std::shared_ptr<Received> spare_;     //!< for the next message
+    std::unique_ptr<Door> door_;
     std::unique_ptr<ConnectionWatch> watch_;  // after the sockets: it ends before they close
     std::size_t turn_ = 0;
+    int wait_ = -1;  //!< ms, of await_only()
+    bool settled_ = false;
 };
 
 }  // namespace

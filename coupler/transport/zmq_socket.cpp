@@ -1,0 +1,63 @@
+#include "coupler/transport/zmq_socket.hpp"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+
+namespace sluice {
+namespace {
+
+constexpr int linger = 500;        // ms that an end waits for what nobody takes
+constexpr int handshake = 5000;    // ms that a stranger may hold a descriptor
+constexpr int beats = 5;           // heartbeats in the silence that is allowed
+constexpr int never = 86'400'000;  // ms
+constexpr rlim_t enough_descriptors = 65'536;
+
+//! Strangers may hold a descriptor of ours each until their handshake has timed out.
+void allow_many_descriptors()
+{
+    rlimit limit = {};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+    limit.rlim_cur = std::max(limit.rlim_cur, std::min(limit.rlim_max, enough_descriptors));
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+}  // namespace
+
+Socket open_pair(void* context, Network const& network, bool tcp)
+{
+    auto socket = new_socket(context, ZMQ_PAIR);
+    auto const largest = static_cast<std::int64_t>(network.largest_message);
+    auto const silence = static_cast<int>(network.silence.count());
+    zmq_setsockopt(socket.get(), ZMQ_MAXMSGSIZE, &largest, sizeof largest);
+    set_option(socket.get(), ZMQ_LINGER, linger);
+    set_option(socket.get(), ZMQ_SNDHWM, network.queue);
+    set_option(socket.get(), ZMQ_RCVHWM, network.queue);
+    set_option(socket.get(), ZMQ_HEARTBEAT_IVL, silence / beats);
+    // Over tcp Connection::look() finds who is silent: to ZeroMQ a message under way is no sign of life before its end.
+    set_option(socket.get(), ZMQ_HEARTBEAT_TIMEOUT, tcp ? never : silence);
+    set_option(socket.get(), ZMQ_HANDSHAKE_IVL, handshake);
+    set_option(socket.get(), ZMQ_IMMEDIATE, 1);       // nothing is queued for a connection that there is not
+    set_option(socket.get(), ZMQ_RECONNECT_IVL, -1);  // we call again ourselves, and no more once all have met
+    return socket;
+}
+
+void listen_at(void* socket, Endpoint const& endpoint)
+{
+    if (endpoint.port != 0) allow_many_descriptors();
+    set_option(socket, ZMQ_IPV6, endpoint.ipv6 ? 1 : 0);
+    require(zmq_bind(socket, endpoint.uri.c_str()) == 0, [&] { return bind_error(endpoint, errno); });
+}
+
+bool call_at(void* socket, Endpoint const& endpoint)
+{
+    set_option(socket, ZMQ_IPV6, endpoint.ipv6 ? 1 : 0);
+    return zmq_connect(socket, endpoint.uri.c_str()) == 0;
+}
+
+void hang_up(void* socket, Endpoint const& endpoint)
+{
+    zmq_disconnect(socket, endpoint.uri.c_str());
+}
+
+}  // namespace sluice
