@@ -23,7 +23,7 @@ make_debian() {
     # shellcheck disable=SC1091
     codename=$(. /etc/os-release && echo "$VERSION_CODENAME")
     mirror=$(apt-get indextargets --format '$(CODENAME) $(REPO_URI)' 'Created-By: Packages' |
-        awk -v name="$codename" '$1 == name { print $2; exit }')
+        awk -v name="$codename" '$1 == name && !found++ { print $2 }')
     [ -n "$mirror" ] || { echo "chroot_test: apt has no source for $codename." && exit 77; }
     debootstrap --variant=minbase "$codename" "$root" "$mirror" >"$root.log" 2>&1 || { tail "$root.log" && exit 1; }
     rm "$root.log"
@@ -106,8 +106,10 @@ inside() {
     as_root useradd --create-home --uid 1000 user
     as_user sluice --version
     if as_user sluice doctor --help >/dev/null 2>&1; then as_user sluice doctor; fi
+    local loader
+    loader=$(as_root /lib64/ld-linux-x86-64.so.2 --help)  # glibc's opinion of the processor
     for level in x86-64 x86-64-v3 x86-64-v4; do
-        if [ $level = x86-64 ] || as_root /lib64/ld-linux-x86-64.so.2 --help | grep -q "$level (supported"; then
+        if [ $level = x86-64 ] || grep -q "$level (supported" <<<"$loader"; then
             run_level $level
         else
             local code=0
