@@ -1,6 +1,6 @@
 // Which build of a solver is started, and that nothing but the file changes by it.
 
-#include "packaging/level.hpp"
+#include "coupler/packaging/level.hpp"
 
 #include <doctest/doctest.h>
 #include <fcntl.h>

@@ -10,7 +10,7 @@ using _Bool = bool;  // the next header is C; GCC's C++ knows the word
 #include <cstring>
 #include <filesystem>
 
-#include "packaging/level.hpp"
+#include "coupler/packaging/level.hpp"
 
 namespace {
 

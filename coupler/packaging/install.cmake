@@ -66,7 +66,7 @@ endif()
 install(TARGETS sluice_shared EXPORT sluice LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 set(cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/sluice)
 install(EXPORT sluice NAMESPACE sluice:: FILE sluice-targets.cmake DESTINATION ${cmake_folder})
-configure_package_config_file(${CMAKE_SOURCE_DIR}/packaging/sluice-config.cmake.in
+configure_package_config_file(${CMAKE_SOURCE_DIR}/coupler/packaging/sluice-config.cmake.in
   ${CMAKE_BINARY_DIR}/packaging/sluice-config.cmake INSTALL_DESTINATION ${cmake_folder}
   NO_SET_AND_CHECK_MACRO)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/packaging/sluice-config-version.cmake
@@ -77,5 +77,5 @@ install(FILES ${CMAKE_BINARY_DIR}/packaging/sluice-config.cmake
 # pkg-config, by paths relative to its own file: --prefix may differ from the one configured with.
 file(RELATIVE_PATH to_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 string(REGEX REPLACE "/$" "" to_prefix "${to_prefix}")
-configure_file(${CMAKE_SOURCE_DIR}/packaging/sluice.pc.in ${CMAKE_BINARY_DIR}/packaging/sluice.pc @ONLY)
+configure_file(${CMAKE_SOURCE_DIR}/coupler/packaging/sluice.pc.in ${CMAKE_BINARY_DIR}/packaging/sluice.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/packaging/sluice.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

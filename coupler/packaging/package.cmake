@@ -22,7 +22,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE
                                                 WORLD_READ WORLD_EXECUTE)
 if(SLUICE_NATIVE)  # what is built here is for this machine: cpack builds the portable one beside it
-  configure_file(${CMAKE_SOURCE_DIR}/packaging/portable.cmake.in ${CMAKE_BINARY_DIR}/packaging/portable.cmake @ONLY)
+  configure_file(${CMAKE_SOURCE_DIR}/coupler/packaging/portable.cmake.in ${CMAKE_BINARY_DIR}/packaging/portable.cmake @ONLY)
   set(CPACK_PROJECT_CONFIG_FILE ${CMAKE_BINARY_DIR}/packaging/portable.cmake)
 endif()
 include(CPack)
