@@ -4,10 +4,11 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <thread>
 
 #include "coupler/base/error.hpp"
 #include "tests/conformance/transport_suite.hpp"
-#include "tests/support/run_in_threads.hpp"
+#include "tests/support/scratch.hpp"
 
 namespace {
 
