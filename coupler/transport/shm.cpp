@@ -201,7 +201,7 @@ void ShmTransport::update()
         both += p.sends_here && p.receives_here;
     }
     all_here_ = both == count() - 1;
-    spin_.set_crowded(here + 1 > available_cores());
+    spin_.set_crowded(crowded(here + 1));
 }
 
 // ---- Messages
