@@ -44,7 +44,7 @@ class Naps
 
 }  // namespace
 
-TEST_CASE("ring: no message and no wake-up is lost, whoever naps; slots are written by one side at a time")
+TEST_CASE("ring: no message and no wake-up is lost, whoever naps, and slots are written by one side at a time")
 {
     constexpr std::uint64_t messages = 20'000;
     auto shared = std::make_unique<Shared>();

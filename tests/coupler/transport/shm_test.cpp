@@ -140,7 +140,7 @@ void drain(Transport& t)
 
 }  // namespace
 
-TEST_CASE("shm: messages outlive the transport; then nothing is left of it")
+TEST_CASE("shm: messages outlive the transport, and then nothing is left of it")
 {
     Scratch scratch;
     Transport::Incoming kept;
@@ -165,7 +165,7 @@ TEST_CASE("shm: messages outlive the transport; then nothing is left of it")
     CHECK(views() == 0);
 }
 
-TEST_CASE("shm: the last messages of a process that was killed arrive; then it counts as lost, and leaves nothing")
+TEST_CASE("shm: the last messages of a process that was killed arrive, and then it counts as lost, and leaves nothing")
 {
     Scratch scratch;
     constexpr int last = 20;
@@ -186,10 +186,13 @@ TEST_CASE("shm: the last messages of a process that was killed arrive; then it c
         int status = 0;
         REQUIRE(::waitpid(child, &status, 0) == child);
         CHECK(WIFSIGNALED(status));
+        std::vector<Transport::Incoming> all;
         for (int n = 0; n < last; ++n) {
             CHECK_FALSE(t->lost(1));
-            CHECK(suite::same(suite::receive(*t), suite::numbered(1, n, 1000)));
+            all.push_back(suite::receive(*t));
         }
+        for (int n = 0; n < last; ++n)
+            CHECK(suite::same(all[static_cast<std::size_t>(n)], suite::numbered(1, n, 1000)));
         auto const deadline = Clock::now() + seconds(10);
         while (!t->lost(1) && Clock::now() < deadline) CHECK_FALSE(t->receive(milliseconds(10)));
         CHECK(t->lost(1));
@@ -197,7 +200,7 @@ TEST_CASE("shm: the last messages of a process that was killed arrive; then it c
     CHECK(views() == views_before);
 }
 
-TEST_CASE("shm: pairs on different hosts stay on the network, the others do not; all are woken")
+TEST_CASE("shm: pairs on different hosts stay on the network, the others do not, and all are woken")
 {
     Scratch scratch;
     std::atomic<int> done = 0;
@@ -324,7 +327,7 @@ TEST_CASE("shm: a broken sender is an error, not a crash")
     }
 }
 
-TEST_CASE("shm: more than 1 GiB is refused; no memory is an error, not the end of the process")
+TEST_CASE("shm: more than 1 GiB is refused, and having no memory is an error, not the end of the process")
 {
     sluice::ShmOutbox out;
     CHECK_THROWS_AS(out.reserve(sluice::ShmOutbox::largest_message + 1), sluice::Error);
