@@ -124,7 +124,7 @@ TEST_CASE("ring: a sender stays in its bounds whatever comes back")
     std::minstd_rand random(3);
     std::multiset<int> away;
     for (int n = 0; n < 100'000; ++n) {
-        if (n % 3 == 0) ring->returned.fetch_or(static_cast<std::uint32_t>(random() * 77'777));
+        if (n % 3 == 0) ring->returned.fetch_or(random() * std::uint64_t{77'777'777'777});
         auto const slot = out.take();
         if (!slot) continue;
         REQUIRE(*slot >= 0);

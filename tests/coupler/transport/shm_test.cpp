@@ -307,7 +307,7 @@ TEST_CASE("shm: a broken sender is an error, not a crash")
     };
     constexpr std::uint64_t gib = std::uint64_t{1} << 30;
     for (auto const wrong :
-         {Wrong{10, 32}, Wrong{10, ~0U}, Wrong{gib + 1, 0}, Wrong{~std::uint64_t{0}, 5}, Wrong{10, 3}}) {
+         {Wrong{10, 64}, Wrong{10, ~0U}, Wrong{gib + 1, 0}, Wrong{~std::uint64_t{0}, 5}, Wrong{10, 3}}) {
         sluice::ShmOutbox out;
         auto const in = sluice::ShmInbox::open(out.address(), out.token());
         REQUIRE(in);
