@@ -19,7 +19,7 @@ using std::chrono::microseconds;
 
 constexpr int tag = 1;
 constexpr int most_in_flight = 64;
-constexpr microseconds longest_nap{5000};           // 200 looks a second: an idle wait costs next to nothing
+constexpr microseconds longest_nap{10'000};         // 100 looks a second: an idle wait costs next to nothing
 constexpr std::chrono::seconds time_to_finish{10};  // for what is still on its way when the transport ends
 
 //! Messages that MPI has not let go of yet, in the order in which they were sent.
@@ -157,7 +157,7 @@ class MpiTransport final : public Transport
             });
             slot = rank;
         }
-        spin_.set_crowded(size > available_cores());
+        spin_.set_crowded(crowded(size));
         std::string missing;
         for (std::size_t p = 0; p < rank_of_.size(); ++p)
             if (rank_of_[p] < 0) missing += (missing.empty() ? "" : ", ") + members.names[p];

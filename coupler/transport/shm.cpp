@@ -1,8 +1,10 @@
+#include "coupler/transport/shm.hpp"
+
 #include <algorithm>
 #include <deque>
 
 #include "coupler/base/error.hpp"
-#include "coupler/transport/shm_bell.hpp"
+#include "coupler/transport/shm_bell_file.hpp"
 #include "coupler/transport/shm_note.hpp"
 #include "coupler/transport/shm_queue.hpp"
 #include "coupler/transport/spin.hpp"
@@ -19,48 +21,6 @@ constexpr milliseconds slice{50};          // of a sleep: between two, the netwo
 constexpr milliseconds network_pause{20};  // between two looks at a network that nothing is awaited from
 constexpr microseconds network_turn{5};    // while messages may come from both sides
 constexpr int network_share = 8;           // messages from shared memory for one look at the network
-constexpr std::size_t bell_size = 64 * 1024;
-
-//! A file with a Bell behind the token that tells it from others.
-class BellFile
-{
- public:
-    BellFile() : token_(random_token()), file_(SharedFile::create(bell_size))
-    {
-        file_.allocate(0, bell_size);
-        page_ = file_.map(0, bell_size, SharedFile::Access::write);
-        content().token = token_;
-    }
-    static std::optional<BellFile> open(SharedFile::Address address, Token const& token)
-    {
-        auto file = SharedFile::open(address, bell_size);
-        if (!file) return std::nullopt;
-        auto page = file->map(0, bell_size, SharedFile::Access::write);
-        BellFile bell(token, std::move(*file), std::move(page));
-        if (bell.content().token != token) return std::nullopt;
-        return bell;
-    }
-    Bell& operator*() { return content().bell; }
-    Bell* operator->() { return &content().bell; }
-    Token const& token() const { return token_; }
-    SharedFile::Address address() const { return file_.address(); }
-
- private:
-    struct Content
-    {
-        Token token;
-        alignas(64) Bell bell;
-    };
-    BellFile(Token const& token, SharedFile file, Mapping page)
-        : token_(token), file_(std::move(file)), page_(std::move(page))
-    {}
-    Content& content() { return *std::launder(reinterpret_cast<Content*>(page_.data())); }
-
-    Token token_;
-    SharedFile file_;
-    Mapping page_;
-};
-
 struct Peer
 {
     std::unique_ptr<ShmOutbox> out;  //!< ours, offered to the peer
@@ -241,7 +201,7 @@ void ShmTransport::update()
         both += p.sends_here && p.receives_here;
     }
     all_here_ = both == count() - 1;
-    spin_.set_crowded(here + 1 > available_cores());
+    spin_.set_crowded(crowded(here + 1));
 }
 
 // ---- Messages
@@ -354,9 +314,14 @@ std::optional<Transport::Incoming> ShmTransport::sleep(Clock::duration time)
 
 }  // namespace
 
+std::unique_ptr<Transport> make_shm_over(Members const& members, std::unique_ptr<Transport> network)
+{
+    return std::make_unique<ShmTransport>(members, std::move(network));
+}
+
 std::unique_ptr<Transport> make_shm_transport(Members const& members, Network const& network)
 {
-    return std::make_unique<ShmTransport>(members, make_zmq_transport(members, network));
+    return make_shm_over(members, make_zmq_transport(members, network));
 }
 
 }  // namespace sluice

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -25,6 +27,16 @@ Error failed(char const* what, std::size_t size)
     return Error("shared memory: " + std::string(what) + " of " + std::to_string(size) +
                      " bytes: " + std::strerror(errno) + ". Take transport: zmq, or make room.",
                  Exit::io);
+}
+
+//! What can be had without anybody being ended for it [B]; the kernel itself would promise more. Nothing is known: all.
+std::size_t available_memory()
+{
+    std::ifstream file("/proc/meminfo");
+    std::size_t kilobytes = 0;
+    for (std::string word; file >> word;)
+        if (word == "MemAvailable:" && file >> kilobytes) return kilobytes * 1024;
+    return std::numeric_limits<std::size_t>::max();
 }
 
 //! Whether the link leads to one of ours: opening anything else (a pipe, a device) may block or have effects.
@@ -81,6 +93,8 @@ SharedFile::Address SharedFile::address() const
 
 void SharedFile::allocate(std::size_t offset, std::size_t size) const
 {
+    errno = ENOMEM;
+    require(size <= available_memory(), [&] { return failed("memory", size); });
     for (std::size_t done = 0; done < size;) {
         auto const part = std::min(piece, size - done);
         int const error = ::posix_fallocate(descriptor_, static_cast<off_t>(offset + done), static_cast<off_t>(part));

