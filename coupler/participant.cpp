@@ -8,6 +8,7 @@
 #include <new>
 #include <sstream>
 
+#include "coupler/base/window_line.hpp"
 #include "coupler/session.hpp"
 
 namespace sluice {
@@ -114,6 +115,7 @@ void Participant::propose_window(double seconds, bool exact)
 {
     session_->mine().window = seconds;
     session_->mine().exact = exact;
+    if (checking() && seconds > 0) std::printf("%s\n", to_text(WindowLine{seconds, exact}).c_str());
 }
 
 void Participant::reads(std::string_view data, std::vector<std::string> const& columns)

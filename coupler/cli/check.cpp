@@ -3,16 +3,26 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <thread>
 
 #include "coupler/base/error.hpp"
+#include "coupler/base/window_line.hpp"
 #include "coupler/cli/process.hpp"
 #include "coupler/record/atomic_file.hpp"
 
 namespace sluice {
 namespace {
+
+std::string words_of(double x)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", x);
+    return text;
+}
 
 //! The solvers that came with this command, as candidates for a misspelt one: a list, because the folder of an
 //! installed `sluice` is full of other people's executables.
@@ -79,6 +89,53 @@ std::string take_problems(std::string const& output, Diagnostics& diagnostics)
     return rest;
 }
 
+//! What a participant proposes as window, taken out of what it says.
+std::optional<WindowLine> take_window(std::string& output)
+{
+    std::istringstream lines(output);
+    std::string rest;
+    std::optional<WindowLine> found;
+    for (std::string line; std::getline(lines, line);)
+        if (auto const window = to_window_line(line))
+            found = window;
+        else
+            rest += line + "\n";
+    output = rest;
+    return found;
+}
+
+using Proposals = std::vector<std::pair<std::string, WindowLine>>;
+
+//! The window of a run by the rule of coupler/handshake.cpp: the scene's, else the longest exact one, else the
+//! shortest.
+std::optional<double> window_of(Scene const& scene, Proposals const& proposals)
+{
+    double exact = 0, bound = 0;
+    for (auto const& [name, line] : proposals)
+        if (line.exact)
+            exact = std::max(exact, line.seconds);
+        else
+            bound = bound == 0 ? line.seconds : std::min(bound, line.seconds);
+    if (scene.window) return scene.window;
+    if (exact > 0) return exact;
+    return bound > 0 ? std::optional(std::min(bound, scene.end)) : std::nullopt;
+}
+
+//! Every window must be a whole number of the steps of those who cannot do otherwise.
+void require_whole_steps(LoadedScene& loaded, Proposals const& proposals, std::optional<double> window)
+{
+    if (!window || !loaded.diagnostics->problems.empty()) return;
+    for (auto const& [name, line] : proposals) {
+        double const ratio = *window / line.seconds;
+        if (!line.exact || (ratio > 0.5 && std::abs(ratio - std::round(ratio)) < 1e-6 * ratio)) continue;
+        auto problem = loaded.scene.window_place;
+        problem.text = "time.window = " + words_of(*window) + " s is no whole number of the steps of \"" + name +
+                       "\" (" + words_of(line.seconds) + " s). " +
+                       (loaded.scene.window ? "Use auto." : "Give two of the solvers steps that divide each other.");
+        loaded.diagnostics->problems.push_back(problem);
+    }
+}
+
 //! How a participant's check ended; one that takes longer than a minute does not know --check and is ended.
 std::optional<Ending> wait_a_minute(Process& process)
 {
@@ -125,7 +182,7 @@ std::vector<std::string> program_of(ParticipantSpec const& spec)
 
 CheckedScene check_scene(SceneChoice const& choice)
 {
-    CheckedScene checked{load_scene(choice.scene, choice.overrides), {}};
+    CheckedScene checked{load_scene(choice.scene, choice.overrides), {}, {}};
     Scene const& scene = checked.loaded.scene;
     require_executables(checked.loaded);
     Answers const answers;
@@ -140,9 +197,11 @@ CheckedScene check_scene(SceneChoice const& choice)
         running.emplace_back(spec.name, Process(argv, answers.directory() / spec.name));
     }
     std::string broken;
+    Proposals proposals;
     for (auto& [name, process] : running) {
         auto const ending = wait_a_minute(process);
-        auto const rest = take_problems(read_file(answers.directory() / name), *checked.loaded.diagnostics);
+        auto rest = take_problems(read_file(answers.directory() / name), *checked.loaded.diagnostics);
+        if (auto const line = take_window(rest)) proposals.emplace_back(name, *line);
         auto const what = !ending               ? std::string("it does not end (does it know --check?)")
                           : ending->signal != 0 ? "signal " + std::to_string(ending->signal)
                                                 : "exit " + std::to_string(ending->code);
@@ -153,6 +212,8 @@ CheckedScene check_scene(SceneChoice const& choice)
                       ("participant \"" + name + "\" cannot check its configuration: " + what) +
                       (rest.empty() ? "." : ": " + rest);
     }
+    checked.window = window_of(scene, proposals);
+    require_whole_steps(checked.loaded, proposals, checked.window);
     checked.loaded.diagnostics->throw_if_any();
     require(broken.empty(), [&] { return Error(broken); });
     return checked;

@@ -24,6 +24,7 @@ struct CheckedScene
 {
     LoadedScene loaded;
     std::vector<std::string> remarks;
+    std::optional<double> window;  //!< s: what a run would take, as far as its solvers say what they propose
 };
 CheckedScene check_scene(SceneChoice const& choice);
 

@@ -62,6 +62,7 @@ Json as_json(CheckedScene const& checked, Rehearsal const& rehearsal, std::vecto
             {"mistakes", Json::array()},
             {"warnings", warnings},
             {"solvers", solvers},
+            {"window_seconds", checked.window ? Json(*checked.window) : Json(nullptr)},
             {"schedule", {{"critical", rehearsal.critical}, {"computations_per_window", rehearsal.units_per_window}}}};
 }
 
@@ -99,6 +100,10 @@ int check(Options const& o)
     for (auto const& text : remarks) std::printf("%s: warning: %s\n", scene.file.c_str(), text.c_str());
     if (!o.quiet) {
         for (auto const& remark : checked.remarks) std::fputs(remark.c_str(), stdout);
+        if (checked.window)
+            std::printf("%s\n", fmt::format("{:.0f} windows of {:.6g} s", std::ceil(scene.end / *checked.window - 1e-9),
+                                            *checked.window)
+                                    .c_str());
         if (scene.participants.size() > 1) std::printf("%s\n", scheme(rehearsal).c_str());
     }
     std::printf("%s: ok\n", o.choice.scene.c_str());

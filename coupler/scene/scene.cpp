@@ -27,6 +27,7 @@ void read_time(Reader& root, Scene& scene)
     scene.window = time.number_unless("window", "auto", {.above = 0.0, .unit = "s"});
     if (scene.window && time.has("end") && *scene.window > scene.end)
         time.refuse("window", "is longer than the whole run (must be <= time.end).");
+    scene.window_place = time.place("window");
     auto const pace = time.name_of_if("pace", "participant", scene.participant_names());
     scene.pace = pace ? static_cast<int>(*pace) : default_pace(scene);
     time.finish();

@@ -103,6 +103,7 @@ struct Scene
     std::array<double, 3> gravity{};  //!< m/s2; the third is 0 in 2D
     double end = 0;                   //!< s
     std::optional<double> window;     //!< s; absent: the solvers' own choice ("auto")
+    Problem window_place;             //!< where time.window stands in the scene, or time if it does not
     std::vector<ParticipantSpec> participants;
     std::vector<Edge> edges;
     std::vector<DataSpec> data;  //!< the vocabulary and what the scene declares

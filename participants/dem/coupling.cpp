@@ -220,6 +220,7 @@ void take_part(sluice::Participant& self)
     auto const& gravity = self.scene().gravity;
     Config const config = read_config(self.config(), {gravity[0], gravity[1]});
     for (auto const& warning : config.warnings) self.warn(warning);
+    self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);
 
     auto const packing = prepare_packing(config, packing_cache(), [&](std::string const& line) { self.note(line); });
@@ -239,7 +240,6 @@ void take_part(sluice::Participant& self)
     tell();
     recorder.picture(0.0, columns, solver.grains());
     recorder.row(0.0, solver, {});
-    self.propose_window(steps_of_a_dry_window * config.step);
     for (sluice::Window const& window : self.windows()) {
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));

@@ -131,6 +131,7 @@ void take_part(sluice::Participant& self)
         if (self.checking()) std::printf("fluid: warning: %s: %s\n", issue.key.c_str(), issue.text.c_str());
         self.warn(issue.key + ": " + issue.text);
     }
+    self.propose_window(config.step, true);
     if (self.checking()) return;
 
     Solver solver(config);
@@ -148,7 +149,6 @@ void take_part(sluice::Participant& self)
         for (auto const& to : receivers) self.write(to, load.view());
     };
     tell();
-    self.propose_window(config.step, true);
     double covered = 0, rebuilt = 0, steps_done = 0;
     bool first = true;
     for (sluice::Window const& window : self.windows()) {

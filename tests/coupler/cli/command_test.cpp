@@ -122,6 +122,24 @@ TEST_CASE("command: check says how the schedule goes, and warns")
     CHECK(desk.json({"check", desk.at("mm.yaml"), "--json"})["warnings"][0]["line"] == 3);
 }
 
+TEST_CASE("command: check knows the window, and that the lattice cannot do a part of its step")
+{
+    Desk const desk;
+    CHECK(desk.sluice({"init", "immersed_column", desk.at("in")}).exit == 0);
+    auto const file = desk.at("in/scene.yaml");
+    CHECK(says(desk.sluice({"check", file}), "15000 windows of 2e-05 s"));
+    CHECK(desk.json({"check", file, "--json"})["window_seconds"] == doctest::Approx(2e-5));
+    CHECK(desk.sluice({"check", file, "--set", "time.window=1e-4"}).exit == 0);
+    auto text = shell::slurp(file);
+    text.replace(text.find("window: auto"), 12, "window: 3e-5");
+    desk.write("bad.yaml", text);
+    auto const result = desk.sluice({"check", desk.at("bad.yaml")});
+    CHECK(result.exit == 2);
+    CHECK(
+        says(result,
+             "bad.yaml:8:18: time.window = 3e-05 s is no whole number of the steps of \"water\" (2e-05 s). Use auto."));
+}
+
 TEST_CASE("command: check of a circle says who waits for what of whom")
 {
     Desk const desk;

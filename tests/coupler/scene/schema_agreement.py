@@ -227,7 +227,7 @@ def change(r, s):
 def relate(r, s):
     """Breaks a relation between values that are all good by themselves."""
     couplings, names = s.get("couplings", []), list(s["participants"])
-    if couplings:
+    if couplings and ("implicit" not in s or r.random() < 0.5):
         c = r.choice(couplings)
         r.choice([lambda: c.update(to=c["from"]), lambda: c.update(to="watr"), lambda: couplings.append(dict(c)),
                   lambda: c.update(data="load", region={"min": [0, 0], "max": [1, 1]}),
