@@ -1,12 +1,12 @@
 """The diagram of who may include whom, as a test: greps every #include and fails on any other arrow.
 
-    participants -> coupler/coupler.hpp -> {scene, schedule, wire, transport, record} -> base
+    participants -> coupler/coupler.hpp -> {scene, schedule, wire, transport, mapping, record} -> base
 """
 import pathlib
 import re
 import sys
 
-SIBLINGS = {"scene", "schedule", "wire", "transport", "record"}
+SIBLINGS = {"scene", "schedule", "wire", "transport", "mapping", "record"}
 SOLVERS = {"dem", "lbm"}
 
 
@@ -39,7 +39,7 @@ def allowed(source, target):
         if name == "main.cpp":
             return target == "coupler/coupler.hpp"
         if name in ("coupling.cpp", "coupling.hpp"):
-            return target == "coupler/coupler.hpp" or there == "record"
+            return target == "coupler/coupler.hpp" or there in ("mapping", "record")
         return there == "scene"
     return here in ("tests", "examples") and there not in ("tests",)
 
@@ -67,6 +67,8 @@ def main():
     for path, target in (("participants/dem/step.cpp", "participants/lbm/state.hpp"),
                          ("participants/dem/step.cpp", "coupler/coupler.hpp"),
                          ("coupler/wire/message.cpp", "coupler/scene/scene.hpp"),
+                         ("coupler/mapping/rbf.cpp", "coupler/record/table.hpp"),
+                         ("participants/dem/step.cpp", "coupler/mapping/mapping.hpp"),
                          ("coupler/base/error.hpp", "coupler/scene/scene.hpp"),
                          ("coupler/scene/scene.cpp", "coupler/coupler.hpp"),
                          ("coupler/cli/main.cpp", "tests/support/toys.hpp")):
