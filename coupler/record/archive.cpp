@@ -8,7 +8,9 @@
 #include <type_traits>
 
 #include "coupler/base/error.hpp"
+#include "coupler/record/archive_steps.hpp"
 #include "coupler/record/atomic_file.hpp"
+#include "coupler/record/descriptor.hpp"
 #include "coupler/record/disk_space.hpp"
 #include "coupler/record/hdf5_handle.hpp"
 
@@ -25,6 +27,9 @@ constexpr std::uint64_t room_per_step = 128 * 1024;
 constexpr std::uint64_t room_per_dataset = 8 * 1024;
 //! Chunks of whole rows, near 256 kB: large enough for deflate, small enough for HDF5's 1 MB chunk cache.
 constexpr std::size_t chunk_bytes = 256 * 1024;
+
+constexpr unsigned most_links = 65535;  //!< in a group's header, HDF5's limit
+constexpr unsigned roomy_steps = 1024, step_digits = 6;
 
 template <class Value>
 hid_t type_of()
@@ -135,10 +140,22 @@ void write_dataset(hid_t group, ArchiveDataset const& dataset)
         dataset.values);
 }
 
-Handle make_group(hid_t parent, std::string const& name)
+//! The group `steps` keeps its links in its own header, made large enough for `roomy_steps` of them: to link a step
+//! changes one block of the file, which a kill cannot split.
+void make_step_list(hid_t file)
 {
     Handle const list = creation_list(H5P_GROUP_CREATE);
-    return Handle(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, list.get(), H5P_DEFAULT), H5Gclose, "group " + name);
+    check(H5Pset_link_creation_order(list.get(), H5P_CRT_ORDER_TRACKED), "HDF5 group");  // makes it such a group
+    check(H5Pset_link_phase_change(list.get(), most_links, most_links), "HDF5 group");
+    check(H5Pset_est_link_info(list.get(), roomy_steps, step_digits), "HDF5 group");
+    Handle(H5Gcreate2(file, "steps", H5P_DEFAULT, list.get(), H5P_DEFAULT), H5Gclose, "group steps").close("group");
+}
+
+void move_file(std::filesystem::path const& from, std::filesystem::path const& to)
+{
+    std::error_code error;
+    std::filesystem::rename(from, to, error);
+    if (error) throw_io(to, "rename into place", error.value());
 }
 
 void check_space_for_header(std::filesystem::path const& path)
@@ -150,24 +167,59 @@ void check_space_for_header(std::filesystem::path const& path)
 
 }  // namespace
 
-Archive::Archive(std::filesystem::path path, std::span<ArchiveFact const> facts) : path_(std::move(path))
+Archive::Archive(std::filesystem::path path, std::span<ArchiveFact const> facts, std::optional<double> keep_until)
+    : path_(std::move(path))
 {
     hdf5::forbid_exit_handler();
     hdf5::Quiet const quiet;
-    check_space_for_header(path_);
-    Handle const creation = creation_list(H5P_FILE_CREATE);
-    Handle const access = access_list();
-    file_ = H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, creation.get(), access.get());
-    check(file_ < 0 ? -1 : 0, path_.string() + ": cannot make the archive");
+    if (!keep_until || !std::filesystem::exists(path_)) {
+        create(path_, facts);
+        return;
+    }
+    std::filesystem::path aside = path_;
+    aside += ".partial";
+    create(aside, facts);
     try {
-        reserve_space(path_, room_per_step);
-        for (auto const& fact : facts) write_fact(file_, fact);
-        make_group(file_, "steps").close("group steps");
-        check(H5Fflush(file_, H5F_SCOPE_LOCAL), path_.string());
+        reserve_space(aside, std::filesystem::file_size(path_) + room_per_step);
+        take_steps_of(path_, *keep_until);
+        check(H5Fflush(file_, H5F_SCOPE_LOCAL), aside.string());
+        move_file(aside, path_);
     } catch (...) {
         H5Fclose(std::exchange(file_, -1));
         throw;
     }
+}
+
+void Archive::create(std::filesystem::path const& path, std::span<ArchiveFact const> facts)
+{
+    check_space_for_header(path);
+    Handle const creation = creation_list(H5P_FILE_CREATE);
+    Handle const access = access_list();
+    file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get());
+    check(file_ < 0 ? -1 : 0, path.string() + ": cannot make the archive");
+    try {
+        reserve_space(path, room_per_step);
+        for (auto const& fact : facts) write_fact(file_, fact);
+        make_step_list(file_);
+        check(H5Fflush(file_, H5F_SCOPE_LOCAL), path.string());
+    } catch (...) {
+        H5Fclose(std::exchange(file_, -1));
+        throw;
+    }
+}
+
+void Archive::take_steps_of(std::filesystem::path const& earlier, double keep_until)
+{
+    auto const [count, damage] = copy_steps(earlier, file_, keep_until);
+    steps_ = count;
+    if (damage.empty()) return;
+    std::filesystem::path damaged = earlier;
+    damaged += ".damaged";
+    move_file(earlier, damaged);
+    remark_ = fmt::format(
+        "{}: could not be read up to t = {} s ({}). Its first {} steps go on in a new file; it is {} "
+        "now.",
+        earlier.string(), keep_until, damage, count, damaged.filename().string());
 }
 
 Archive::~Archive()
@@ -205,11 +257,15 @@ void Archive::append(double time, std::span<ArchiveDataset const> datasets)
     ++steps_;
 }
 
+//! The step reaches the file before the link to it: a kill at any moment leaves a file in which all steps are whole.
 void Archive::write_step(double time, std::span<ArchiveDataset const> datasets)
 {
-    Handle group = make_group(file_, fmt::format("/steps/{:06}", steps_));
+    Handle const list = creation_list(H5P_GROUP_CREATE);
+    Handle group(H5Gcreate_anon(file_, list.get(), H5P_DEFAULT), H5Gclose, "group");
     write_attribute(group.get(), "time", {&time, 1}, true);
     for (auto const& dataset : datasets) write_dataset(group.get(), dataset);
+    check(H5Fflush(file_, H5F_SCOPE_LOCAL), "flush");
+    check(H5Olink(group.get(), file_, step_name(steps_).c_str(), H5P_DEFAULT, H5P_DEFAULT), "link");
     group.close("group");
     check(H5Fflush(file_, H5F_SCOPE_LOCAL), "flush");
 }
@@ -230,10 +286,7 @@ void link_archives(std::filesystem::path const& path, std::span<ArchiveLink cons
               "link " + link.name);
     file.close(aside.string());
     release_reserve(aside);
-    std::error_code error;
-    std::filesystem::rename(aside, path, error);
-    require(!error,
-            [&] { return Error(fmt::format("{}: cannot rename: {}.", path.string(), error.message()), Exit::io); });
+    move_file(aside, path);
 }
 
 }  // namespace sluice

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,8 +42,11 @@ struct ArchiveFact
 class Archive
 {
  public:
-    //! Replaces an earlier file. Throws Error (Exit::io).
-    explicit Archive(std::filesystem::path path, std::span<ArchiveFact const> facts = {});
+    //! Replaces an earlier file; with `keep_until` [s] goes on with it, without the steps after that time, also if it
+    //! was never closed. It is copied into a new file that then takes its place: what a kill left torn is not written
+    //! to, and a kill now leaves it as it was. Throws Error (Exit::io).
+    explicit Archive(std::filesystem::path path, std::span<ArchiveFact const> facts = {},
+                     std::optional<double> keep_until = std::nullopt);
     Archive(Archive const&) = delete;
     Archive& operator=(Archive const&) = delete;
     ~Archive();
@@ -55,12 +59,17 @@ class Archive
     void close();
 
     std::size_t steps() const noexcept { return steps_; }
+    //! Empty, or: the earlier file could not be read up to `keep_until`, why, and where it was put.
+    std::string const& remark() const noexcept { return remark_; }
 
  private:
+    void create(std::filesystem::path const& path, std::span<ArchiveFact const> facts);
+    void take_steps_of(std::filesystem::path const& earlier, double keep_until);
     void write_step(double time, std::span<ArchiveDataset const> datasets);
     std::filesystem::path path_;
     std::int64_t file_ = -1;  //!< HDF5 id
     std::size_t steps_ = 0;
+    std::string remark_;
     bool broken_ = false;  //!< HDF5 failed: closing the file would write again and may crash
 };
 

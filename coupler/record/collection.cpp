@@ -9,6 +9,7 @@
 
 #include "coupler/base/error.hpp"
 #include "coupler/record/atomic_file.hpp"
+#include "coupler/record/descriptor.hpp"
 #include "coupler/record/vtk_xml.hpp"
 
 namespace sluice {
@@ -47,6 +48,23 @@ std::optional<CollectionEntry> parse_entry(std::string_view line)
     return ok ? std::optional(entry) : std::nullopt;
 }
 
+//! The files of a series' frames from number `first` on, unfinished ones included.
+std::vector<std::filesystem::path> frames_from(SeriesFiles const& files, std::size_t first)
+{
+    std::vector<std::filesystem::path> found;
+    std::string const start = files.name + "_", end = "." + files.ending;
+    std::error_code none;
+    for (auto const& entry : std::filesystem::directory_iterator(files.directory / files.name, none)) {
+        auto const name = entry.path().filename().string();
+        if (!name.starts_with(start)) continue;
+        std::size_t number = 0;
+        auto const [rest, code] = std::from_chars(name.data() + start.size(), name.data() + name.size(), number);
+        if (code == std::errc{} && number >= first && (rest == end || rest == end + ".partial"))
+            found.push_back(entry.path());
+    }
+    return found;
+}
+
 }  // namespace
 
 void write_collection(std::filesystem::path const& path, std::span<CollectionEntry const> entries)
@@ -76,6 +94,34 @@ std::vector<CollectionEntry> read_collection(std::filesystem::path const& path)
                          Exit::io);
         });
         entries.push_back(std::move(*entry));
+    }
+    return entries;
+}
+
+std::string SeriesFiles::frame(std::size_t number) const
+{
+    return fmt::format("{0}/{0}_{1:06}.{2}", name, number, ending);
+}
+
+std::vector<CollectionEntry> begin_series(SeriesFiles const& files, std::optional<double> keep_until)
+{
+    std::vector<CollectionEntry> entries;
+    if (keep_until && std::filesystem::exists(files.collection()))
+        entries = read_collection(files.collection());
+    else if (keep_until)
+        require(frames_from(files, 0).empty(), [&] {
+            return Error(fmt::format("{}: not there, but frames are (it says their times). Bring it back, or put {} "
+                                     "elsewhere and resume again.",
+                                     files.collection().string(), (files.directory / files.name).string()),
+                         Exit::io);
+        });
+    std::erase_if(entries, [&](CollectionEntry const& entry) { return entry.time > *keep_until; });
+    write_collection(files.collection(), entries);
+    if (!keep_until) return entries;
+    for (auto const& file : frames_from(files, entries.size())) {
+        std::error_code error;
+        std::filesystem::remove(file, error);
+        if (error) throw_io(file, "remove", error.value());
     }
     return entries;
 }

@@ -28,16 +28,17 @@ std::string document(Lattice const& lattice, std::span<CellColumn const> columns
 
 }  // namespace
 
-ImageSeries::ImageSeries(std::filesystem::path directory, std::string name, Lattice const& lattice)
-    : directory_(std::move(directory)), name_(std::move(name)), lattice_(lattice)
-{
-    write_collection(collection(), entries_);
-}
+ImageSeries::ImageSeries(std::filesystem::path directory, std::string name, Lattice const& lattice,
+                         std::optional<double> keep_until)
+    : files_{std::move(directory), std::move(name), "vti"},
+      lattice_(lattice),
+      entries_(begin_series(files_, keep_until))
+{}
 
 void ImageSeries::append(double time, std::span<CellColumn const> columns)
 {
-    std::string const file = fmt::format("{0}/{0}_{1:06}.vti", name_, entries_.size());
-    write_atomically(directory_ / file, document(lattice_, columns));
+    std::string const file = files_.frame(entries_.size());
+    write_atomically(files_.directory / file, document(lattice_, columns));
     entries_.push_back({.time = time, .part = 0, .file = file});
     write_collection(collection(), entries_);
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -36,17 +37,19 @@ struct CellColumn
 class ImageSeries
 {
  public:
-    ImageSeries(std::filesystem::path directory, std::string name, Lattice const& lattice);
+    //! Replaces an earlier series; with `keep_until` [s] goes on with it, without what came later. Throws Error
+    //! (Exit::io).
+    ImageSeries(std::filesystem::path directory, std::string name, Lattice const& lattice,
+                std::optional<double> keep_until = std::nullopt);
 
     //! Adds one frame of cell data at `time` [s]. Throws Error (Exit::io); the earlier frames stay readable.
     void append(double time, std::span<CellColumn const> columns);
 
     std::size_t frames() const noexcept { return entries_.size(); }
-    std::filesystem::path collection() const { return directory_ / (name_ + ".pvd"); }
+    std::filesystem::path collection() const { return files_.collection(); }
 
  private:
-    std::filesystem::path directory_;
-    std::string name_;
+    SeriesFiles files_;
     Lattice lattice_;
     std::vector<CollectionEntry> entries_;
 };

@@ -55,17 +55,18 @@ std::string document(std::span<std::int64_t const> ids, std::span<PointColumn co
 
 }  // namespace
 
-PointSeries::PointSeries(std::filesystem::path directory, std::string name, Precision precision)
-    : directory_(std::move(directory)), name_(std::move(name)), precision_(precision)
-{
-    write_collection(collection(), entries_);
-}
+PointSeries::PointSeries(std::filesystem::path directory, std::string name, Precision precision,
+                         std::optional<double> keep_until)
+    : files_{std::move(directory), std::move(name), "vtp"},
+      precision_(precision),
+      entries_(begin_series(files_, keep_until))
+{}
 
 void PointSeries::append(double time, std::span<std::int64_t const> ids, std::span<PointColumn const> columns)
 {
-    PointColumn const& position = find_position(columns, name_);
-    std::string const file = fmt::format("{0}/{0}_{1:06}.vtp", name_, entries_.size());
-    write_atomically(directory_ / file, document(ids, columns, position, precision_));
+    PointColumn const& position = find_position(columns, files_.name);
+    std::string const file = files_.frame(entries_.size());
+    write_atomically(files_.directory / file, document(ids, columns, position, precision_));
     entries_.push_back({.time = time, .part = 0, .file = file});
     write_collection(collection(), entries_);
 }

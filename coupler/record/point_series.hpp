@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,18 +27,20 @@ struct PointColumn
 class PointSeries
 {
  public:
-    PointSeries(std::filesystem::path directory, std::string name, Precision precision = Precision::float64);
+    //! Replaces an earlier series; with `keep_until` [s] goes on with it, without what came later. Throws Error
+    //! (Exit::io).
+    PointSeries(std::filesystem::path directory, std::string name, Precision precision = Precision::float64,
+                std::optional<double> keep_until = std::nullopt);
 
     //! Adds one frame at `time` [s]. `ids` has N entries; one column must be "position" (2 or 3 components, metres),
     //! the others become point data. Throws Error (Exit::io); the earlier frames stay readable.
     void append(double time, std::span<std::int64_t const> ids, std::span<PointColumn const> columns);
 
     std::size_t frames() const noexcept { return entries_.size(); }
-    std::filesystem::path collection() const { return directory_ / (name_ + ".pvd"); }
+    std::filesystem::path collection() const { return files_.collection(); }
 
  private:
-    std::filesystem::path directory_;
-    std::string name_;
+    SeriesFiles files_;
     Precision precision_;
     std::vector<CollectionEntry> entries_;
 };

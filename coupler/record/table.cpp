@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <charconv>
@@ -13,6 +14,7 @@
 
 #include "coupler/base/error.hpp"
 #include "coupler/record/atomic_file.hpp"
+#include "coupler/record/descriptor.hpp"
 
 namespace sluice {
 namespace {
@@ -63,6 +65,19 @@ double parse_time(std::string const& cell, std::filesystem::path const& path, st
     return time;
 }
 
+//! How many bytes of a table's text hold the header and the rows up to `time` [s]. Rows come in the order of time.
+std::size_t length_until(std::string_view text, double time, std::filesystem::path const& path)
+{
+    std::size_t length = text.find('\n') + 1;
+    for (std::size_t line = 2;; ++line) {
+        std::size_t const end = text.find('\n', length);
+        if (end == std::string_view::npos) return length;
+        auto const cell = text.substr(length, std::min(end, text.find(',', length)) - length);
+        if (parse_time(std::string(cell), path, line) > time) return length;
+        length = end + 1;
+    }
+}
+
 //! Puts the rows of one participant at `first` of the merged rows.
 void place(std::vector<Cells> const& rows, std::size_t first, std::size_t width, std::filesystem::path const& path,
            std::map<double, Cells>& merged)
@@ -81,7 +96,7 @@ void place(std::vector<Cells> const& rows, std::size_t first, std::size_t width,
 
 }  // namespace
 
-Table::Table(std::filesystem::path path, std::span<std::string const> headers)
+Table::Table(std::filesystem::path path, std::span<std::string const> headers, std::optional<double> keep_until)
     : path_(std::move(path)), columns_(headers.size())
 {
     for (auto const& header : headers)
@@ -92,13 +107,32 @@ Table::Table(std::filesystem::path path, std::span<std::string const> headers)
                             path_.string(), header));
         });
     make_folder(path_.parent_path());
-    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    std::string const head = line_of(headers);
+    std::string const before = keep_until && std::filesystem::exists(path_) ? read_file(path_) : "";
+    if (before.find('\n') == std::string::npos) {  // none, or a run that was killed while it began
+        open(O_TRUNC);
+        write(head);
+        return;
+    }
+    require(before.starts_with(head), [&] {
+        return Error(fmt::format("{}: begins with `{}` (this run's rows have `{}`). Put it elsewhere and resume again.",
+                                 path_.string(), before.substr(0, before.find('\n')), head.substr(0, head.size() - 1)),
+                     Exit::io);
+    });
+    length_ = static_cast<long long>(length_until(before, *keep_until, path_));
+    open(0);
+    if (::ftruncate(descriptor_, length_) != 0 || ::lseek(descriptor_, length_, SEEK_SET) < 0)
+        throw_io(path_, "cut off what came later", errno);
+}
+
+void Table::open(int flags)
+{
+    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | flags, 0644);
     require(descriptor_ >= 0, [&] {
         return Error(fmt::format("{}: cannot open: {}. Check the folder and its permissions.", path_.string(),
                                  std::strerror(errno)),
                      Exit::io);
     });
-    write(line_of(headers));
 }
 
 Table::~Table()

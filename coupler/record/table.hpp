@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,8 +13,11 @@ namespace sluice {
 class Table
 {
  public:
-    //! `headers`: the first is the time. Replaces an earlier file. Throws Error (Exit::io).
-    Table(std::filesystem::path path, std::span<std::string const> headers);
+    //! `headers`: the first is the time. Replaces an earlier file; with `keep_until` [s] goes on with it: rows up to
+    //! that time stay, later ones and an unfinished one are cut off. Throws Error (Exit::io), also when the file that
+    //! is to go on has other headers.
+    Table(std::filesystem::path path, std::span<std::string const> headers,
+          std::optional<double> keep_until = std::nullopt);
     Table(Table const&) = delete;
     Table& operator=(Table const&) = delete;
     ~Table();
@@ -22,6 +26,7 @@ class Table
     void append(std::span<double const> row);
 
  private:
+    void open(int flags);
     void write(std::string const& line);
     std::filesystem::path path_;
     std::size_t columns_;

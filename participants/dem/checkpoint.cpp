@@ -1,96 +1,169 @@
 #include "participants/dem/checkpoint.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <string>
-#include <utility>
 
 #include "coupler/base/error.hpp"
-#include "participants/dem/bytes.hpp"
 
 namespace dem {
 namespace {
 
-constexpr std::uint64_t magic = 0x31304d4544434c53;  // "SLCDEM01"
-
-auto grain_arrays(auto& g)
+//! The two ways of one walk over a state (visit): into named arrays, and out of them.
+struct Putter
 {
-    return std::array{&g.x,           &g.y,           &g.angle,           &g.vx,      &g.vy,      &g.spin,
-                      &g.radius,      &g.mass,        &g.inertia,         &g.fx,      &g.fy,      &g.torque,
-                      &g.external_fx, &g.external_fy, &g.external_torque, &g.half_vx, &g.half_vy, &g.half_spin};
-}
+    sluice::State& kept;
 
-template <class Archive, class AnyState>
-void visit(Archive& archive, AnyState& s)
-{
-    archive(s.time);
-    archive(s.steps);
-    for (auto* array : grain_arrays(s.grains)) archive(*array);
-    archive(s.pairs.first);
-    archive(s.pairs.other);
-    archive(s.pairs.spring);
-    archive(s.pairs.sqrt_mass);
-    archive(s.pairs.lossy_n);
-    archive(s.pairs.lossy_t);
-    archive(s.pairs.slides);
-    for (auto& wall : s.wall_contacts) {
-        archive(wall.active);
-        archive(wall.grain);
-        archive(wall.spring);
-        archive(wall.lossy_n);
-        archive(wall.lossy_t);
-        archive(wall.slides);
+    void operator()(std::string const& name, double number) { kept.put_number(name, number); }
+    void operator()(std::string const& name, std::int64_t integer) { kept.put_integer(name, integer); }
+    void operator()(std::string const& name, bool yes) { kept.put_integer(name, yes); }
+    void operator()(std::string const& name, std::vector<double> const& values) { kept.put(name, std::span(values)); }
+    void operator()(std::string const& name, std::vector<std::uint32_t> const& values)
+    {
+        std::vector<std::int64_t> const wide(values.begin(), values.end());
+        kept.put(name, std::span(wide));
     }
-    archive(s.built_x);
-    archive(s.built_y);
-    archive(s.rebuilds);
-    archive(s.booked);
-    archive(s.power);
+    void operator()(std::string const& name, std::vector<std::uint8_t> const& values)
+    {
+        kept.put(name, std::as_bytes(std::span(values)));
+    }
+};
+
+struct Taker
+{
+    sluice::State const& kept;
+    bool ok = true;  //!< false once an index was none
+
+    void operator()(std::string const& name, double& number) { number = kept.number(name); }
+    void operator()(std::string const& name, std::int64_t& integer) { integer = kept.integer(name); }
+    void operator()(std::string const& name, bool& yes) { yes = kept.integer(name) != 0; }
+    void operator()(std::string const& name, std::vector<double>& values)
+    {
+        auto const numbers = kept.numbers(name);
+        values.assign(numbers.begin(), numbers.end());
+    }
+    void operator()(std::string const& name, std::vector<std::uint32_t>& values)
+    {
+        values.clear();
+        for (std::int64_t const wide : kept.integers(name)) {
+            ok = ok && wide >= 0 && wide <= std::numeric_limits<std::uint32_t>::max();
+            values.push_back(static_cast<std::uint32_t>(wide));
+        }
+    }
+    void operator()(std::string const& name, std::vector<std::uint8_t>& values)
+    {
+        values.clear();
+        for (std::byte const byte : kept.bytes(name)) values.push_back(static_cast<std::uint8_t>(byte));
+    }
+};
+
+template <class Walk, class AnyGrains>
+void visit_grains(Walk& walk, AnyGrains& g)
+{
+    walk("grains/x", g.x);
+    walk("grains/y", g.y);
+    walk("grains/angle", g.angle);
+    walk("grains/vx", g.vx);
+    walk("grains/vy", g.vy);
+    walk("grains/spin", g.spin);
+    walk("grains/radius", g.radius);
+    walk("grains/mass", g.mass);
+    walk("grains/inertia", g.inertia);
+    walk("grains/fx", g.fx);
+    walk("grains/fy", g.fy);
+    walk("grains/torque", g.torque);
+    walk("grains/external_fx", g.external_fx);
+    walk("grains/external_fy", g.external_fy);
+    walk("grains/external_torque", g.external_torque);
+    walk("grains/half_vx", g.half_vx);
+    walk("grains/half_vy", g.half_vy);
+    walk("grains/half_spin", g.half_spin);
 }
 
-//! Every index within bounds: the kernels do not look.
-bool is_consistent(State const& s, std::size_t grains)
+template <class Walk, class AnyState>
+void visit(Walk& walk, AnyState& s)
 {
-    auto sized = [](auto const& array, std::size_t size) { return array.size() == size; };
-    auto empty_or = [](auto const& array, std::size_t size) { return array.empty() || array.size() == size; };
-    for (auto const* array : grain_arrays(s.grains))
-        if (!sized(*array, grains)) return false;
+    walk("time", s.time);
+    walk("steps", s.steps);
+    visit_grains(walk, s.grains);
+    walk("pairs/first", s.pairs.first);
+    walk("pairs/other", s.pairs.other);
+    walk("pairs/spring", s.pairs.spring);
+    walk("pairs/sqrt_mass", s.pairs.sqrt_mass);
+    walk("pairs/lossy_n", s.pairs.lossy_n);
+    walk("pairs/lossy_t", s.pairs.lossy_t);
+    walk("pairs/slides", s.pairs.slides);
+    for (std::size_t w = 0; w < s.wall_contacts.size(); ++w) {
+        auto const name = "wall" + std::to_string(w) + "/";
+        auto& wall = s.wall_contacts[w];
+        walk(name + "active", wall.active);
+        walk(name + "grain", wall.grain);
+        walk(name + "spring", wall.spring);
+        walk(name + "lossy_n", wall.lossy_n);
+        walk(name + "lossy_t", wall.lossy_t);
+        walk(name + "slides", wall.slides);
+    }
+    walk("built/x", s.built_x);
+    walk("built/y", s.built_y);
+    walk("built/count", s.rebuilds);
+    walk("booked/normal_dashpot", s.booked.normal_dashpot);
+    walk("booked/tangential_dashpot", s.booked.tangential_dashpot);
+    walk("booked/sliding", s.booked.sliding);
+    walk("booked/external_work", s.booked.external_work);
+    walk("booked/removed_walls", s.booked.removed_walls);
+    walk("booked/touch", s.booked.touch);
+    walk("power/normal", s.power.normal);
+    walk("power/tangential", s.power.tangential);
+    walk("power/sliding", s.power.sliding);
+}
+
+//! Looks at the sizes of a state's arrays of one number a grain.
+struct SizeCheck
+{
+    std::size_t size;
+    bool ok = true;
+    void operator()(char const*, std::vector<double> const& values) { ok = ok && values.size() == size; }
+};
+
+//! Every index within bounds and every array as long as the kernels take it to be: they do not look.
+bool is_consistent(State const& s, std::size_t grains, bool ledger)
+{
+    SizeCheck each_grain{grains};
+    visit_grains(each_grain, s.grains);
+    auto const sized = [](auto const& array, std::size_t size) { return array.size() == size; };
+    auto const contacts = [&](auto const& list, std::vector<std::uint32_t> const& partner) {
+        std::size_t const booked = ledger ? partner.size() : 0;
+        return sized(list.spring, partner.size()) && sized(list.lossy_n, booked) && sized(list.lossy_t, booked) &&
+               sized(list.slides, booked) && std::ranges::all_of(partner, [&](auto i) { return i < grains; });
+    };
     Pairs const& p = s.pairs;
-    std::size_t const slots = p.other.size();
-    bool ok = sized(s.built_x, grains) && sized(s.built_y, grains) && sized(p.first, grains + 1) && p.first[0] == 0 &&
-              p.first.back() == slots && std::is_sorted(p.first.begin(), p.first.end()) && sized(p.spring, slots) &&
-              sized(p.sqrt_mass, slots) && empty_or(p.lossy_n, slots) && empty_or(p.lossy_t, slots) &&
-              empty_or(p.slides, slots) &&
-              std::all_of(p.other.begin(), p.other.end(), [&](std::uint32_t j) { return j < grains; });
-    for (WallContacts const& w : s.wall_contacts)
-        ok = ok && sized(w.spring, w.grain.size()) && empty_or(w.lossy_n, w.grain.size()) &&
-             empty_or(w.lossy_t, w.grain.size()) && empty_or(w.slides, w.grain.size()) &&
-             std::all_of(w.grain.begin(), w.grain.end(), [&](std::uint32_t i) { return i < grains; });
-    return ok;
+    return each_grain.ok && sized(s.built_x, grains) && sized(s.built_y, grains) && sized(p.first, grains + 1) &&
+           p.first.front() == 0 && p.first.back() == p.other.size() && std::ranges::is_sorted(p.first) &&
+           sized(p.sqrt_mass, p.other.size()) && contacts(p, p.other) &&
+           std::ranges::all_of(s.wall_contacts, [&](WallContacts const& w) { return contacts(w, w.grain); });
 }
 
 }  // namespace
 
-std::vector<std::byte> to_bytes(State const& state)
+void keep(State const& state, sluice::State& kept)
 {
-    ByteWriter writer;
-    writer(magic);
-    visit(writer, state);
-    return std::move(writer.bytes);
+    Putter putter{kept};
+    kept.put_integer("walls", static_cast<std::int64_t>(state.wall_contacts.size()));
+    visit(putter, state);
 }
 
-State state_from_bytes(std::span<std::byte const> bytes, std::size_t grains, std::size_t walls)
+State kept_state(sluice::State const& kept, Setup const& setup, std::size_t grains)
 {
     State state;
-    state.wall_contacts.resize(walls);
-    ByteReader reader(bytes);
-    std::uint64_t seen = 0;
-    reader(seen);
-    if (seen == magic) visit(reader, state);
-    sluice::require(seen == magic && reader.at_end() && is_consistent(state, grains), [&] {
+    state.wall_contacts.resize(setup.walls.size());
+    Taker taker{kept};
+    bool const walls = kept.integer("walls") == static_cast<std::int64_t>(setup.walls.size());
+    if (walls) visit(taker, state);
+    sluice::require(walls && taker.ok && is_consistent(state, grains, setup.features.ledger), [&] {
         return sluice::Error("dem: the checkpoint is not a state of " + std::to_string(grains) + " grains and " +
-                                 std::to_string(walls) +
+                                 std::to_string(setup.walls.size()) +
                                  " walls (must come from the same scene). Resume from an older one.",
                              sluice::Exit::io);
     });

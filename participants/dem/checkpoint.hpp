@@ -1,17 +1,17 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
-#include <vector>
 
+#include "coupler/base/state.hpp"
 #include "participants/dem/state.hpp"
 
 namespace dem {
 
-//! The whole state as bytes: a solver restored from it continues bit for bit. For the same machine and version.
-std::vector<std::byte> to_bytes(State const& state);
+//! Puts the whole state of a run into `kept`, as named arrays: a solver restored from it continues bit for bit.
+void keep(State const& state, sluice::State& kept);
 
-//! Throws sluice::Error (io) if the bytes are not a state of `grains` grains and `walls` walls.
-State state_from_bytes(std::span<std::byte const> bytes, std::size_t grains, std::size_t walls);
+//! Takes out what keep() put in, for a run of `grains` grains with this setup. Throws sluice::Error (io) if something
+//! is not there, or does not fit: the kernels trust every index.
+State kept_state(sluice::State const& kept, Setup const& setup, std::size_t grains);
 
 }  // namespace dem

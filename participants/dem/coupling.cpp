@@ -5,11 +5,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numeric>
+#include <optional>
 
 #include "coupler/coupler.hpp"
 #include "coupler/record/archive.hpp"
 #include "coupler/record/point_series.hpp"
 #include "coupler/record/table.hpp"
+#include "participants/dem/checkpoint.hpp"
 #include "participants/dem/measures.hpp"
 #include "participants/dem/setup.hpp"
 
@@ -55,16 +57,19 @@ struct Columns
     sluice::Kinematics kinematics(Grains const& g) const { return {id, position, velocity, g.spin, radius}; }
 };
 
-//! What a run leaves behind: ParaView series, HDF5 archive, time series.
+//! What a run leaves behind: ParaView series, HDF5 archive, time series. A resumed run goes on with what is there up to
+//! `resumed_at` [s].
 class Recorder
 {
  public:
-    explicit Recorder(sluice::Participant& self)
-        : series_(self.directory(), self.name(), sluice::Precision::float32),
+    explicit Recorder(sluice::Participant& self, std::optional<double> resumed_at = std::nullopt)
+        : series_(self.directory(), self.name(), sluice::Precision::float32, resumed_at),
           archive_(self.directory() / (self.name() + ".h5"),
-                   std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(self.scene().hash)}}),
-          table_(self.directory() / (self.name() + ".csv"), headers())
-    {}
+                   std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(self.scene().hash)}}, resumed_at),
+          table_(self.directory() / (self.name() + ".csv"), headers(), resumed_at)
+    {
+        if (!archive_.remark().empty()) self.warn(archive_.remark());
+    }
 
     void picture(double time, Columns const& c, Grains const& g)
     {
@@ -185,20 +190,62 @@ Vec2 advance(Solver& solver, double step, sluice::Window const& window,
     return impulse;
 }
 
-void state_facts(sluice::Participant& self, Config const& config, Solver const& solver)
+//! What the summary says about the start; a checkpoint keeps it, for the summary of a resumed run.
+struct Start
+{
+    double height = 0, front = 0, mean_diameter = 0;  //!< m
+    double packing_fraction = 0;                      //!< 0: not a column, or too narrow to measure it
+
+    void keep(sluice::State& state) const
+    {
+        state.put("start", std::vector<double>{height, front, mean_diameter, packing_fraction});
+    }
+    static Start kept(sluice::State const& state)
+    {
+        auto const numbers = state.numbers("start", 4);
+        return {numbers[0], numbers[1], numbers[2], numbers[3]};
+    }
+};
+
+Start start_of(Config const& config, Solver const& solver)
 {
     auto const m = measure(solver);
-    double mean = 0;
-    for (double r : solver.grains().radius) mean += 2 * r / static_cast<double>(solver.grains().size());
-    self.fact("grains", static_cast<double>(solver.grains().size()));
-    self.fact("H0 [m]", m.height);
-    self.fact("L0 [m]", m.front);
-    self.fact("mean diameter [m]", mean);
+    Start start{m.height, m.front};
+    for (double r : solver.grains().radius) start.mean_diameter += 2 * r / static_cast<double>(solver.grains().size());
+    double const mean = start.mean_diameter;
+    if (config.column && m.front > 4 * mean)
+        start.packing_fraction = packing_fraction(solver.grains(), {mean, mean}, {m.front - mean, m.height - 2 * mean});
+    return start;
+}
+
+void state_facts(sluice::Participant& self, Config const& config, std::size_t grains, Start const& start)
+{
+    self.fact("grains", static_cast<double>(grains));
+    self.fact("H0 [m]", start.height);
+    self.fact("L0 [m]", start.front);
+    self.fact("mean diameter [m]", start.mean_diameter);
     self.fact("longest step [s]", config.step);
     self.fact("contact time [s]", config.contact_time);
-    if (config.column && m.front > 4 * mean)
-        self.fact("packing fraction",
-                  packing_fraction(solver.grains(), {mean, mean}, {m.front - mean, m.height - 2 * mean}));
+    if (start.packing_fraction > 0) self.fact("packing fraction", start.packing_fraction);
+}
+
+std::size_t count_grains(Config const& config)
+{
+    return (config.column ? static_cast<std::size_t>(config.column->count) : 0) + config.grains.size();
+}
+
+//! At t = 0; in a resumed run without grains: the checkpoint brings them, nothing is poured.
+Solver prepare_solver(sluice::Participant& self, Config const& config, Ledger ledger)
+{
+    if (self.resumes()) return {make_setup(config, ledger), {}};
+    auto const packing = prepare_packing(config, packing_cache(), [&](std::string const& line) { self.note(line); });
+    return make_solver(config, packing, ledger);
+}
+
+//! Whether windows may be computed several times before they stand.
+bool iterates(sluice::Participant const& self)
+{
+    return !self.scene().implicit.empty();
 }
 
 void describe(Config const& config)
@@ -223,35 +270,51 @@ void take_part(sluice::Participant& self)
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);
 
-    auto const packing = prepare_packing(config, packing_cache(), [&](std::string const& line) { self.note(line); });
     bool const ledger = self.scene().series_interval > 0;
-    Solver solver = make_solver(config, packing, ledger ? Ledger::on : Ledger::off);
-    state_facts(self, config, solver);
+    Solver solver = prepare_solver(self, config, ledger ? Ledger::on : Ledger::off);
+    Start start;
+    self.keeps(
+        [&](sluice::State& state) {
+            keep(solver.state(), state);
+            start.keep(state);
+        },
+        [&](sluice::State const& state) {
+            solver.restore(kept_state(state, solver.setup(), count_grains(config)));
+            start = Start::kept(state);
+        });
     if (!ledger) self.skipped("energy ledger", "no time series is asked for (output.series)", 1.0);
     auto const receivers = self.receivers("kinematics"), senders = self.senders("load");
     if (senders.empty()) self.skipped("fluid", "no participant sends a load: it is not started", 1.0);
 
     Columns columns;
-    Recorder recorder(self);
+    std::optional<Recorder> recorder;
     auto tell = [&] {
         columns.update(solver.grains());
         for (auto const& to : receivers) self.write(to, columns.kinematics(solver.grains()));
     };
-    tell();
-    recorder.picture(0.0, columns, solver.grains());
-    recorder.row(0.0, solver, {});
-    for (sluice::Window const& window : self.windows()) {
+    if (!self.resumes()) {
+        start = start_of(config, solver);
+        tell();
+        recorder.emplace(self);
+        recorder->picture(0.0, columns, solver.grains());
+        recorder->row(0.0, solver, {});
+    }
+    sluice::Windows windows = self.windows();
+    if (self.resumes()) recorder.emplace(self, self.resumed_at());
+    state_facts(self, config, solver.grains().size(), start);
+    for (sluice::Window const& window : windows) {
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
         Vec2 const impulse = advance(solver, config.step, window, loads);
         tell();
-        if (window.output) recorder.picture(window.end, columns, solver.grains());
-        if (window.series) recorder.row(window.end, solver, impulse);
+        if (iterates(self) && !self.accepted(window)) continue;
+        if (window.output) recorder->picture(window.end, columns, solver.grains());
+        if (window.series) recorder->row(window.end, solver, impulse);
     }
     auto const m = measure(solver);
     self.fact("final run-out [m]", m.front);
     self.fact("final height [m]", m.height);
-    recorder.close();
+    recorder->close();
 }
 
 }  // namespace

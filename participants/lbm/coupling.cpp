@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "coupler/coupler.hpp"
 #include "coupler/record/archive.hpp"
@@ -17,23 +18,28 @@ std::vector<float> narrowed(std::vector<double> const& values)
     return {values.begin(), values.end()};
 }
 
-//! What a run leaves behind: ParaView series, HDF5 archive, time series.
+//! What a run leaves behind: ParaView series, HDF5 archive, time series. A resumed run goes on with what is there up to
+//! `resumed_at` [s].
 class Recorder
 {
  public:
-    Recorder(sluice::Participant& self, Config const& config, Solver& solver)
+    Recorder(sluice::Participant& self, Config const& config, std::optional<double> resumed_at = std::nullopt)
         : coarsen_(self.scene().coarsen),
-          lattice_(lattice_of(config, solver.fields(coarsen_))),
-          series_(self.directory(), self.name(), lattice_),
+          lattice_(lattice_of(config, coarsen_)),
+          series_(self.directory(), self.name(), lattice_, resumed_at),
           archive_(self.directory() / (self.name() + ".h5"),
                    std::vector<sluice::ArchiveFact>{
                        {"scene_hash", std::to_string(self.scene().hash)},
                        {"origin", std::vector<double>{lattice_.origin[0], lattice_.origin[1]}},
-                       {"spacing", std::vector<double>{lattice_.spacing[0], lattice_.spacing[1]}}}),
+                       {"spacing", std::vector<double>{lattice_.spacing[0], lattice_.spacing[1]}}},
+                   resumed_at),
           table_(self.directory() / (self.name() + ".csv"),
                  std::vector<std::string>{"time [s]", "max_speed [m/s]", "mass [kg/m]", "momentum_x [N s/m]",
-                                          "momentum_y [N s/m]", "window_impulse_x [N s/m]", "window_impulse_y [N s/m]"})
-    {}
+                                          "momentum_y [N s/m]", "window_impulse_x [N s/m]", "window_impulse_y [N s/m]"},
+                 resumed_at)
+    {
+        if (!archive_.remark().empty()) self.warn(archive_.remark());
+    }
 
     void picture(double time, Solver& solver)
     {
@@ -64,11 +70,13 @@ class Recorder
     void close() { archive_.close(); }
 
  private:
-    static sluice::Lattice lattice_of(Config const& config, Fields const& f)
+    //! Of the blocks that Solver::fields() makes.
+    static sluice::Lattice lattice_of(Config const& config, int coarsen)
     {
-        return {{config.origin[0], config.origin[1], 0.0},
-                {f.spacing, f.spacing, f.spacing},
-                {static_cast<std::size_t>(f.nx), static_cast<std::size_t>(f.ny), 0}};
+        auto const [nx, ny] = config.cells();
+        double const spacing = coarsen * config.cell;
+        auto const blocks = [&](std::ptrdiff_t n) { return static_cast<std::size_t>((n + coarsen - 1) / coarsen); };
+        return {{config.origin[0], config.origin[1], 0.0}, {spacing, spacing, spacing}, {blocks(nx), blocks(ny), 0}};
     }
 
     int coarsen_;
@@ -104,6 +112,28 @@ struct MeanLoad
     sluice::Load view() const { return {id, force, torque}; }
 };
 
+//! How the work was shared out, summed over the steps of the run; for the summary.
+struct Shares
+{
+    double covered_cells = 0, rebuilt_discs = 0, steps = 0;
+
+    void add(Share const& share)
+    {
+        covered_cells += share.covered_cells;
+        rebuilt_discs += share.rebuilt_discs;
+        steps += 1;
+    }
+    void keep(sluice::State& state) const
+    {
+        state.put("shares", std::vector<double>{covered_cells, rebuilt_discs, steps});
+    }
+    static Shares kept(sluice::State const& state)
+    {
+        auto const numbers = state.numbers("shares", 3);
+        return {numbers[0], numbers[1], numbers[2]};
+    }
+};
+
 DiscsView discs_of(sluice::Kinematics const& k)
 {
     // lasting ids are the same bits, signed there and unsigned here
@@ -135,7 +165,18 @@ void take_part(sluice::Participant& self)
     if (self.checking()) return;
 
     Solver solver(config);
-    Recorder recorder(self, config, solver);
+    Shares shares;
+    self.keeps(
+        [&](sluice::State& state) {
+            solver.keep(state);
+            shares.keep(state);
+        },
+        [&](sluice::State const& state) {
+            solver.restore(state);
+            shares = Shares::kept(state);
+        });
+    std::optional<Recorder> recorder;
+    if (!self.resumes()) recorder.emplace(self, config);
     self.fact("cells", static_cast<double>(config.cells()[0] * config.cells()[1]));
     self.fact("time step [s]", config.step);
     self.fact("relaxation time", config.relaxation_time());
@@ -148,10 +189,11 @@ void take_part(sluice::Participant& self)
     auto tell = [&] {
         for (auto const& to : receivers) self.write(to, load.view());
     };
-    tell();
-    double covered = 0, rebuilt = 0, steps_done = 0;
-    bool first = true;
-    for (sluice::Window const& window : self.windows()) {
+    if (!self.resumes()) tell();
+    sluice::Windows windows = self.windows();
+    if (self.resumes()) recorder.emplace(self, config, self.resumed_at());
+    bool const iterates = !self.scene().implicit.empty();  // windows may be computed several times before they stand
+    for (sluice::Window const& window : windows) {
         auto const steps = static_cast<std::int64_t>(std::lround(window.length / config.step));
         for (std::int64_t k = 0; k < steps; ++k) {
             if (!senders.empty()) {
@@ -160,25 +202,24 @@ void take_part(sluice::Participant& self)
                 if (k == 0) load.restart(discs.id);
                 solver.set_discs(discs_of(discs));
             }
-            if (first) {
-                recorder.picture(0.0, solver);
-                recorder.row(0.0, solver, {});
-                first = false;
+            if (k == 0 && window.index == 0 && window.iteration == 0) {
+                recorder->picture(0.0, solver);
+                recorder->row(0.0, solver, {});
             }
             solver.step();
             load.add(solver.loads(), 1.0 / static_cast<double>(steps));
-            covered += solver.share().covered_cells;
-            rebuilt += solver.share().rebuilt_discs;
-            steps_done += 1;
+            shares.add(solver.share());
         }
         tell();
-        if (window.output) recorder.picture(window.end, solver);
-        if (window.series) recorder.row(window.end, solver, load.impulse(window.length));
+        if (iterates && !self.accepted(window)) continue;
+        if (window.output) recorder->picture(window.end, solver);
+        if (window.series) recorder->row(window.end, solver, load.impulse(window.length));
     }
-    self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel", 1 - covered / steps_done);
+    self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel",
+                 1 - shares.covered_cells / shares.steps);
     self.skipped("area fractions", "discs that moved too little keep those of the step before",
-                 1 - rebuilt / steps_done);
-    recorder.close();
+                 1 - shares.rebuilt_discs / shares.steps);
+    recorder->close();
 }
 
 }  // namespace

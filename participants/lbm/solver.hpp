@@ -4,6 +4,7 @@
 #include <functional>
 #include <span>
 
+#include "coupler/base/state.hpp"
 #include "participants/lbm/config.hpp"
 #include "participants/lbm/coverage.hpp"
 #include "participants/lbm/fields.hpp"
@@ -76,8 +77,12 @@ class Solver
     Share share() const noexcept { return share_; }
     std::size_t bytes() const noexcept { return populations_.bytes(); }
 
-    std::vector<double> save();                   //!< everything a resumed run needs
-    void restore(std::span<double const> state);  //!< of a solver with the same configuration; then set_discs()
+    //! Puts in all that a run needs to go on: `steps`; of the discs `discs/id`, `discs/place` (Disc, lattice units),
+    //! `discs/displaced`; of the discs of the last step `last/id`, `last/velocity` [m/s, 1/s], `last/exchange` [N/m, N
+    //! m/m]; `populations/0` to `populations/8`, shape [y][x].
+    void keep(sluice::State& kept);
+    //! Of a solver with the same configuration. Throws Error (exit 7) for a state of another lattice.
+    void restore(sluice::State const& kept);
 
  private:
     void collide_row(std::ptrdiff_t y);
@@ -86,6 +91,7 @@ class Solver
     bool sum_loads();
     void find_loads();
     void check_discs(DiscsView const& discs) const;
+    void resize_loads(std::size_t discs);
     void complete();
     void read_row(std::ptrdiff_t y, RowState& row) const;
     void watch();

@@ -1,7 +1,6 @@
 // Solver: what goes in and comes out between two steps.
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -70,8 +69,13 @@ void Solver::set_discs(DiscsView const& discs)
                          .gyration = 0.5 * radius * radius,
                          .velocity = {discs.velocity[2 * i], discs.velocity[2 * i + 1], discs.angular_velocity[i]}};
     }
-    for (auto* v : {&force_, &exchange_}) v->resize(2 * n);
-    for (auto* v : {&torque_, &exchange_torque_}) v->resize(n);
+    resize_loads(n);
+}
+
+void Solver::resize_loads(std::size_t discs)
+{
+    for (auto* v : {&force_, &exchange_}) v->resize(2 * discs);
+    for (auto* v : {&torque_, &exchange_torque_}) v->resize(discs);
 }
 
 //! From the momentum exchanged to the load on a disc:
@@ -210,43 +214,6 @@ void Solver::report_blow_up()
             });
         }
     }
-}
-
-//! Layout: steps, number of discs, (id, velocity[3], exchange[3]) each, then [q][y][x].
-std::vector<double> Solver::save()
-{
-    complete();
-    std::vector<double> state{static_cast<double>(steps_), static_cast<double>(last_id_.size())};
-    for (std::size_t i = 0; i < last_id_.size(); ++i) {
-        state.push_back(std::bit_cast<double>(last_id_[i]));
-        for (auto const& v : {past_[i].velocity, past_[i].exchange}) state.insert(state.end(), v.begin(), v.end());
-    }
-    for (std::size_t q = 0; q < directions; ++q)
-        for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y)
-            state.insert(state.end(), populations_.row(q, y), populations_.row(q, y) + populations_.nx());
-    return state;
-}
-
-void Solver::restore(std::span<double const> state)
-{
-    auto const cells = static_cast<std::size_t>(populations_.nx() * populations_.ny());
-    std::size_t const discs = state.size() < 2 ? 0 : static_cast<std::size_t>(std::max(state[1], 0.0));
-    require(state.size() == 2 + 7 * discs + directions * cells, [&] {
-        return Error(format("fluid: the saved state has %zu numbers (must fit %zu cells).", state.size(), cells),
-                     Exit::io);
-    });
-    steps_ = static_cast<std::int64_t>(state[0]);
-    double const* from = state.data() + 2;
-    last_id_.resize(discs);
-    past_.resize(discs);
-    for (std::size_t i = 0; i < discs; ++i, from += 7) {
-        last_id_[i] = std::bit_cast<std::uint64_t>(from[0]);
-        past_[i] = {{from[1], from[2], from[3]}, {from[4], from[5], from[6]}};
-    }
-    for (std::size_t q = 0; q < directions; ++q)
-        for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y, from += populations_.nx())
-            std::copy(from, from + populations_.nx(), populations_.row(q, y));
-    complete_ = true;
 }
 
 }  // namespace lbm

@@ -7,27 +7,70 @@
 
 using namespace unit;
 
-TEST_CASE("checkpoint: a restored solver continues bit for bit")
+namespace {
+
+sluice::State kept(dem::Solver const& solver)
 {
-    dem::Solver a = box(true);
-    for (int n = 0; n < 10000; ++n) a.step(step);
-    auto const bytes = dem::to_bytes(a.state());
-    for (int n = 0; n < 10000; ++n) a.step(step);
-    dem::Solver b = box(true);
-    b.restore(dem::state_from_bytes(bytes, 144, 3));
-    for (int n = 0; n < 10000; ++n) b.step(step);
-    CHECK(dem::to_bytes(a.state()) == dem::to_bytes(b.state()));
+    sluice::State state;
+    dem::keep(solver.state(), state);
+    return state;
 }
 
-TEST_CASE("checkpoint: bytes of another scene, cut short or with an index out of range are refused")
+//! `good` but for one array of integers.
+template <class Change>
+sluice::State changed(sluice::State const& good, char const* name, Change change)
 {
-    auto const bytes = dem::to_bytes(box().state());
-    CHECK_THROWS_AS(dem::state_from_bytes(bytes, 143, 3), sluice::Error);
-    CHECK_THROWS_AS(dem::state_from_bytes(bytes, 144, 2), sluice::Error);
-    CHECK_THROWS_AS(dem::state_from_bytes({}, 144, 3), sluice::Error);
-    for (std::size_t size = 0; size < bytes.size(); size += 97)
-        CHECK_THROWS_AS(dem::state_from_bytes(std::span(bytes).first(size), 144, 3), sluice::Error);
-    dem::State state = box().state();
-    state.pairs.other.at(0) = 4000;
-    CHECK_THROWS_AS(dem::state_from_bytes(dem::to_bytes(state), 144, 3), sluice::Error);
+    auto state = sluice::State::decode(good.encode(), "state");
+    auto const old = good.integers(name);
+    std::vector<std::int64_t> values(old.begin(), old.end());
+    change(values);
+    sluice::State without = state.take("pairs");
+    for (auto const array : {"first", "other"})
+        if (std::string("pairs/") + array != name) state.put(std::string("pairs/") + array, without.integers(array));
+    for (auto const array : {"spring", "sqrt_mass", "lossy_n", "lossy_t"})
+        state.put(std::string("pairs/") + array, without.numbers(array));
+    state.put("pairs/slides", without.bytes("slides"));
+    state.put(name, std::span<std::int64_t const>(values));
+    return state;
+}
+
+}  // namespace
+
+TEST_CASE("checkpoint: a restored solver continues bit for bit, also one that was made without grains")
+{
+    for (bool const ledger : {false, true}) {
+        dem::Solver a = box(ledger);
+        for (int n = 0; n < 10000; ++n) a.step(step);
+        auto const bytes = kept(a).encode();
+        for (int n = 0; n < 10000; ++n) a.step(step);
+        auto const state = sluice::State::decode(bytes, "state");
+        for (bool const empty : {false, true}) {
+            dem::Solver b = empty ? dem::Solver(a.setup(), {}) : box(ledger);
+            b.restore(dem::kept_state(state, b.setup(), 144));
+            for (int n = 0; n < 10000; ++n) b.step(step);
+            CHECK(kept(a) == kept(b));
+        }
+    }
+}
+
+TEST_CASE("checkpoint: a state of another scene, or with an index out of range, is refused")
+{
+    dem::Solver const solver = box();
+    auto const good = kept(solver);
+    CHECK_NOTHROW(dem::kept_state(good, solver.setup(), 144));
+    CHECK_THROWS_AS(dem::kept_state(good, solver.setup(), 143), sluice::Error);
+    dem::Setup other = solver.setup();
+    other.walls.pop_back();
+    CHECK_THROWS_AS(dem::kept_state(good, other, 144), sluice::Error);
+    CHECK_THROWS_AS(dem::kept_state(good, box(true).setup(), 144), sluice::Error);  // it has no ledger
+    CHECK_THROWS_AS(dem::kept_state({}, solver.setup(), 144), sluice::Error);
+    CHECK_NOTHROW(dem::kept_state(changed(good, "pairs/other", [](auto&) {}), solver.setup(), 144));
+    for (std::int64_t const wrong : {std::int64_t{144}, std::int64_t{-1}, std::int64_t{1} << 32})
+        CHECK_THROWS_AS(
+            dem::kept_state(changed(good, "pairs/other", [&](auto& v) { v.at(0) = wrong; }), solver.setup(), 144),
+            sluice::Error);
+    CHECK_THROWS_AS(dem::kept_state(changed(good, "pairs/first", [](auto& v) { v.back() += 1; }), solver.setup(), 144),
+                    sluice::Error);
+    CHECK_THROWS_AS(dem::kept_state(changed(good, "pairs/first", [](auto& v) { v.pop_back(); }), solver.setup(), 144),
+                    sluice::Error);
 }

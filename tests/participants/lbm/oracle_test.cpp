@@ -45,6 +45,19 @@ std::vector<lbm::Disc> discs_at(int step, bool periodic)
             {30.0, 22.5, 2.5, 0, 0, 0}};
 }
 
+//! Shape [q][y][x].
+std::vector<double> populations_of(lbm::Solver& solver)
+{
+    sluice::State kept;
+    solver.keep(kept);
+    std::vector<double> all;
+    for (std::size_t q = 0; q < lbm::directions; ++q) {
+        auto const cells = kept.numbers("populations/" + std::to_string(q));
+        all.insert(all.end(), cells.begin(), cells.end());
+    }
+    return all;
+}
+
 void check(Scene const& scene)
 {
     INFO(std::string(scene.name));
@@ -55,8 +68,8 @@ void check(Scene const& scene)
                                .pressure = 1e-3 * std::sin(0.1 * x * y),
                                .gradient = {}};
     });
-    auto const state = fast.save();
-    std::copy(state.begin() + 2, state.end(), plain.populations().begin());
+    auto const start = populations_of(fast);
+    std::copy(start.begin(), start.end(), plain.populations().begin());
     double worst_load = 0;
     for (int step = 0; step < 300; ++step) {
         std::vector<lbm::Disc> const discs =
@@ -78,11 +91,10 @@ void check(Scene const& scene)
                                    std::abs(fast.exchange().torque[i] - want[2])});
         }
     }
-    auto const got = fast.save();
-    std::size_t const head = got.size() - plain.populations().size();
+    auto const got = populations_of(fast);
+    REQUIRE(got.size() == plain.populations().size());
     double worst = 0;
-    for (std::size_t k = head; k < got.size(); ++k)
-        worst = std::max(worst, std::abs(got[k] - plain.populations()[k - head]));
+    for (std::size_t k = 0; k < got.size(); ++k) worst = std::max(worst, std::abs(got[k] - plain.populations()[k]));
     CHECK(worst < 1e-12);
     CHECK(worst_load < 1e-10);
 }

@@ -162,5 +162,19 @@ TEST_CASE("solver: discs that are not finite, or arrays that differ, are refused
     CHECK(contains(message([&] { solver.set_discs({rest, rest, two, radius}); }), "4 ") == false);
     CHECK(contains(message([&] { solver.set_discs({rest, rest, two, radius}); }), "differ in length"));
     CHECK(contains(message([&] { solver.set_obstacle({1, 2}); }), "obstacle"));
-    CHECK(contains(message([&] { solver.restore(two); }), "saved state"));
+}
+
+TEST_CASE("solver: a state of another lattice is refused and changes nothing")
+{
+    lbm::Solver solver(small());
+    sluice::State before, after, other;
+    solver.keep(before);
+    other.put_integer("steps", 5);
+    for (auto const name : {"discs/place", "discs/displaced", "last/velocity", "last/exchange", "populations/0"})
+        other.put(name, std::span<double const>());
+    for (auto const name : {"discs/id", "last/id"}) other.put(name, std::span<std::int64_t const>());
+    CHECK(contains(message([&] { solver.restore(other); }), "7 state: \"populations/0\" has 0 values"));
+    CHECK(contains(message([&] { solver.restore(sluice::State()); }), "is not in it"));
+    solver.keep(after);
+    CHECK(before == after);
 }
