@@ -214,9 +214,9 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
 {
     auto const ticks = frame == 0 ? 0 : plan_.begin + plan_.length;
     Samples::Source const* back = nullptr;  // tells from which process of the receiver a point came
-    if (channel.position < 0 && channel.targets.size() > 1)
+    if (channel.position < 0 && channel.targets.size() > 1 && !channel.spec.meshless)
         for (auto const& source : in)
-            if (source.edge.from == channel.edge.to && !source.history.empty()) back = &source;
+            if (source.edge.from == channel.edge.to && !source.spec.meshless && !source.history.empty()) back = &source;
     for (std::size_t t = 0; t < channel.targets.size(); ++t) {
         auto& target = channel.targets[t];
         await_credit(channel, target, frame);

@@ -141,6 +141,10 @@ struct LoadedScene
     std::vector<Reader> configs;  //!< one per participant, outermost: `finish()` throws everything found so far
 };
 
+//! What must be equal for a run to go on from another one's checkpoint: all that the scene says but when the run ends,
+//! when checkpoints are taken, how long is waited and what happens when a participant dies.
+std::uint64_t physics_hash(Scene const& scene);
+
 //! Letters, digits, _ and -, at most 64: what may name a participant, and so its files.
 bool is_identifier(std::string const& name);
 
