@@ -107,7 +107,7 @@ std::unique_ptr<Transport> open_transport(Scene const& scene, std::vector<Member
     else if (scene.address.empty())
         network.directory = socket_directory(directory);
     if (kind == TransportKind::zmq) return make_zmq_transport(members, network);
-    return make_zmq_transport(members, network);
+    return make_shm_transport(members, network);
 }
 
 }  // namespace

@@ -177,8 +177,8 @@ State Participant::Session::state_before(std::int64_t window) const
 void Participant::Session::store(std::int64_t window)
 {
     book(Activity::exchange);
-    auto const bytes = state_before(window).encode();
-    auto const part = store_->write_part(window, name_of_member(self), bytes);
+    store_->prepare();
+    auto const part = store_->write_part(window, name_of_member(self), state_before(window));
     for (auto& channel : out)
         for (auto& target : channel.targets) target.encoder.forget();
     if (paces())

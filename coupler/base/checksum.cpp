@@ -19,10 +19,10 @@ std::uint64_t checksum_of(std::span<std::byte const> bytes, std::uint64_t seed)
     return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
 }
 
-DigestStream::DigestStream() : state_(XXH3_createState())
+DigestStream::DigestStream(std::uint64_t seed) : state_(XXH3_createState())
 {
     if (!state_) throw std::bad_alloc();
-    XXH3_128bits_reset(static_cast<XXH3_state_t*>(state_));
+    XXH3_128bits_reset_withSeed(static_cast<XXH3_state_t*>(state_), seed);
 }
 
 DigestStream::~DigestStream()

@@ -24,7 +24,7 @@ std::uint64_t checksum_of(std::span<std::byte const> bytes, std::uint64_t seed =
 class DigestStream
 {
  public:
-    DigestStream();
+    explicit DigestStream(std::uint64_t seed = 0);
     DigestStream(DigestStream const&) = delete;
     DigestStream& operator=(DigestStream const&) = delete;
     ~DigestStream();

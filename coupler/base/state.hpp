@@ -12,6 +12,17 @@
 
 namespace sluice {
 
+//! A state's bytes in pieces: some are in `heads`, some are views of the state's arrays, which must not change
+//! meanwhile.
+struct StatePieces
+{
+    StatePieces() = default;
+    StatePieces(StatePieces&&) = default;  // a copy would view the other one's heads
+    StatePieces& operator=(StatePieces&&) = default;
+    std::vector<std::byte> heads;
+    std::vector<std::span<std::byte const>> pieces;
+};
+
 //! All that a solver needs to go on bit for bit: arrays of float64, int64 or bytes by name, in the names' order. As
 //! bytes, one content has one encoding, whatever the order it was put in:
 //!
@@ -55,6 +66,8 @@ class State
     State take(std::string_view prefix);
 
     std::vector<std::byte> encode() const;
+    //! The bytes of encode(), in order, without a copy of the arrays.
+    StatePieces pieces() const;
     //! Throws Error (exit 7) that starts with `where` for anything that encode() did not write; nothing is allocated
     //! before the length and the checksum are right. `where` also stands in later messages about what is missing.
     static State decode(std::span<std::byte const> encoded, std::string where);

@@ -56,9 +56,17 @@ void append(std::vector<std::byte>& to, std::span<std::byte const> bytes)
     to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
-void pad(std::vector<std::byte>& to)
+//! Writes the head with the digest of everything to where it stands, the begin of the first piece.
+void seal(Head head, StatePieces& made)
 {
-    to.insert(to.end(), padded(to.size()) - to.size(), std::byte{});
+    DigestStream stream(checksum_of(std::as_bytes(std::span(&head, 1))));
+    bool first = true;
+    for (auto const piece : made.pieces) {
+        stream.add(first ? piece.subspan(sizeof head) : piece);
+        first = false;
+    }
+    head.digest = stream.digest();
+    std::memcpy(made.heads.data(), &head, sizeof head);
 }
 
 //! What follows the head, array by array.
@@ -135,28 +143,46 @@ std::vector<std::byte> values_of(std::span<std::byte const> data)
 
 }  // namespace
 
-std::vector<std::byte> State::encode() const
+//! `heads` gets all that is not data, each stretch up to the next data; spans are made once it no longer grows.
+StatePieces State::pieces() const
 {
     Head head;
     head.arrays = arrays_.size();
     head.length = sizeof head;
-    for (auto const& [name, array] : arrays_)
-        head.length += padded(sizeof(ArrayHead) + name.size()) + padded(bytes_of(array).size());
-    std::vector<std::byte> encoded;
-    encoded.reserve(head.length);
-    encoded.resize(sizeof head);
+    StatePieces made;
+    made.heads.resize(sizeof head);
+    std::vector<std::size_t> ends;  // of the stretches in `heads`
     for (auto const& [name, array] : arrays_) {
-        auto const data = bytes_of(array);
-        ArrayHead const line{static_cast<std::uint32_t>(array.index()), static_cast<std::uint32_t>(name.size()),
-                             data.size()};
-        append(encoded, std::as_bytes(std::span(&line, 1)));
-        append(encoded, std::as_bytes(std::span(name)));
-        pad(encoded);
-        append(encoded, data);
-        pad(encoded);
+        auto const data = bytes_of(array).size();
+        ArrayHead const line{static_cast<std::uint32_t>(array.index()), static_cast<std::uint32_t>(name.size()), data};
+        append(made.heads, std::as_bytes(std::span(&line, 1)));
+        append(made.heads, std::as_bytes(std::span(name)));
+        std::size_t const before = sizeof line + name.size();
+        made.heads.resize(made.heads.size() + padded(before) - before);
+        ends.push_back(made.heads.size());
+        made.heads.resize(made.heads.size() + padded(data) - data);
+        head.length += padded(before) + padded(data);
     }
-    head.digest = digest_of_all(head, std::span(encoded).subspan(sizeof head));
-    std::memcpy(encoded.data(), &head, sizeof head);
+    std::size_t at = 0, array_number = 0;
+    for (auto const& entry : arrays_) {
+        std::size_t const end = ends[array_number++];
+        made.pieces.push_back(std::span<std::byte const>(made.heads).subspan(at, end - at));
+        made.pieces.push_back(bytes_of(entry.second));
+        at = end;
+    }
+    made.pieces.push_back(std::span<std::byte const>(made.heads).subspan(at));
+    seal(head, made);
+    return made;
+}
+
+std::vector<std::byte> State::encode() const
+{
+    auto const made = pieces();
+    std::size_t size = 0;
+    for (auto const piece : made.pieces) size += piece.size();
+    std::vector<std::byte> encoded;
+    encoded.reserve(size);
+    for (auto const piece : made.pieces) append(encoded, piece);
     return encoded;
 }
 

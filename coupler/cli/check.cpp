@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <fstream>
 #include <sstream>
 #include <thread>
 
@@ -13,15 +14,14 @@
 namespace sluice {
 namespace {
 
-//! Executables beside this one, as candidates for a misspelt solver.
+//! The solvers that came with this command, as candidates for a misspelt one: a list, because the folder of an
+//! installed `sluice` is full of other people's executables.
 std::vector<std::string> solvers_here()
 {
+    std::ifstream list(own_directory() / "../share/sluice/solvers");
     std::vector<std::string> names;
-    for (auto const& entry : std::filesystem::directory_iterator(own_directory())) {
-        auto const name = entry.path().filename().string();
-        if (name != "sluice" && !find_executable(entry.path().string()).empty()) names.push_back(name);
-    }
-    std::sort(names.begin(), names.end());
+    for (std::string name; std::getline(list, name);)
+        if (!find_executable((own_directory() / name).string()).empty()) names.push_back(name);
     return names;
 }
 
@@ -31,7 +31,7 @@ void require_executables(LoadedScene& loaded)
     std::string list;
     for (auto const& name : here) list += (list.empty() ? "" : ", ") + name;
     for (auto const& spec : loaded.scene.participants) {
-        auto const& name = spec.solver.empty() ? spec.command.at(0) : spec.solver;
+        auto const name = program_of(spec)[0];
         if (name.empty() || !find_executable(name).empty()) continue;
         auto problem = spec.place;
         auto const near = nearest(name, here);
@@ -118,7 +118,7 @@ class Answers
 std::vector<std::string> program_of(ParticipantSpec const& spec)
 {
     auto words = spec.command.empty() ? std::vector{spec.solver} : spec.command;
-    auto const found = find_executable(words[0]);
+    auto const found = words[0].empty() ? std::filesystem::path() : find_executable(words[0]);
     if (!found.empty()) words[0] = found.string();
     return words;
 }

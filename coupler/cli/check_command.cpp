@@ -28,6 +28,8 @@ std::vector<std::string> remarks_on(Scene const& scene, Rehearsal const& rehears
         remarks.push_back("participant \"" + name + "\" has no coupling: it runs beside the others. Is one missing?");
     for (auto const& name : rehearsal.unread)
         remarks.push_back("nobody reads what \"" + name + "\" computes: it follows the others only.");
+    for (auto const& name : rehearsal.leading)
+        remarks.push_back("\"" + name + "\" reads nobody: nothing that the others do acts on it.");
     if (!scene.window) return remarks;
     double const windows = scene.end / *scene.window;
     if (std::abs(windows - std::round(windows)) > 1e-9 * std::max(1.0, windows))
@@ -71,6 +73,16 @@ void require_no_deadlock(Scene const& scene, Rehearsal const& rehearsal)
     });
 }
 
+//! Who waits for whom in a scene that was refused, if its participants would all wait.
+std::vector<std::string> waits_in(SceneChoice const& choice)
+{
+    try {
+        return rehearse(load_scene(choice.scene, choice.overrides).scene).waits;
+    } catch (Error const&) {  // no YAML, no file: already said
+        return {};
+    }
+}
+
 int check(Options const& o)
 {
     auto const checked = check_scene(o.choice);
@@ -100,11 +112,17 @@ int check_command(Options const& o)
     try {
         return check(o);
     } catch (Error const& e) {
-        if (!o.json) throw;
-        print_json({{"scene", o.choice.scene.string()},
-                    {"ok", false},
-                    {"exit", static_cast<int>(e.exit())},
-                    {"mistakes", mistakes_of(e.what())}});
+        auto const waits = waits_in(o.choice);
+        if (o.json)
+            print_json({{"scene", o.choice.scene.string()},
+                        {"ok", false},
+                        {"exit", static_cast<int>(e.exit())},
+                        {"mistakes", mistakes_of(e.what())},
+                        {"waits", waits}});
+        else {
+            std::fprintf(stderr, "%s\n", e.what());
+            for (auto const& wait : waits) std::fprintf(stderr, "  deadlock: %s\n", wait.c_str());
+        }
         return static_cast<int>(e.exit());
     }
 }

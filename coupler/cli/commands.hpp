@@ -17,10 +17,11 @@ struct Options
     bool json = false;  //!< the answer as JSON on standard output, and nothing else there
     bool report = true;
     std::filesystem::path picture;            //!< graph -o
-    std::vector<std::filesystem::path> runs;  //!< report
+    std::vector<std::filesystem::path> runs;  //!< report, watch
     std::filesystem::path page;               //!< report -o, schema -o
     std::string word;                         //!< init: the template; explain: what
     bool once = false;                        //!< watch
+    std::filesystem::path paths_in;           //!< schema --paths: the scene
 };
 
 //! The commands: each returns the exit code, or throws Error. Those that print JSON print one value and a line end.
@@ -31,5 +32,8 @@ int graph_command(Options const& options);
 int schema_command(Options const& options);
 int report_command(Options options);
 int explain_command(Options const& options);
+int init_command(Options options);
+int doctor_command(Options const& options);
+int watch_command(Options const& options);
 
 }  // namespace sluice

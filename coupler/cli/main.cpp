@@ -62,11 +62,17 @@ void add_schema(CLI::App& app, Options& o, Actions& actions)
 {
     auto* const schema = app.add_subcommand("schema", "the keys of a scene as JSON Schema, for editors");
     schema->add_option("-o,--output", o.page, "a file instead of standard output");
+    schema->add_option("--paths", o.paths_in, "instead: every path in this scene that --set can change");
     actions.emplace_back(schema, [&o] { return schema_command(o); });
 }
 
 void add_after_run(CLI::App& app, Options& o, Actions& actions)
 {
+    auto* const watch = app.add_subcommand("watch", "how far a run is, live; reads its status pages, opens no port");
+    watch->add_option("RUN", o.runs, "directory of the run")->required()->expected(1);
+    watch->add_flag("--json", o.json, "a line of JSON at every change");
+    watch->add_flag("--once", o.once, "one look, then end");
+    actions.emplace_back(watch, [&o] { return watch_command(o); });
     auto* const report = app.add_subcommand("report", "one self-contained page about a run, or comparing several");
     report->add_option("RUN", o.runs, "directories of runs")->required();
     report->add_option("-o,--output", o.page, "the page (report.html or comparison.html in the first directory)");
@@ -76,6 +82,13 @@ void add_after_run(CLI::App& app, Options& o, Actions& actions)
 
 void add_help(CLI::App& app, Options& o, Actions& actions)
 {
+    auto* const init = app.add_subcommand("init", "a directory with a scene to start from");
+    init->add_option("TEMPLATE", o.word, "which; without: the names of all");
+    init->add_option("DIR", o.directory, "where (a directory named as the template)");
+    actions.emplace_back(init, [&o] { return init_command(o); });
+    auto* const doctor = app.add_subcommand("doctor", "what this machine has and lacks, and what to do about it");
+    doctor->add_flag("--json", o.json, "as JSON");
+    actions.emplace_back(doctor, [&o] { return doctor_command(o); });
     auto* const explain = app.add_subcommand("explain", "what an exit code or a message means, and what to do");
     explain->add_option("WORD", o.word, "an exit code or a word of a message; without: everything there is");
     explain->add_flag("--json", o.json, "as JSON");

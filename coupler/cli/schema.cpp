@@ -6,6 +6,7 @@
 #include "coupler/cli/commands.hpp"
 #include "coupler/record/atomic_file.hpp"
 #include "coupler/scene/probe.hpp"
+#include "coupler/scene/scene.hpp"
 
 namespace sluice {
 namespace {
@@ -146,6 +147,45 @@ class Builder
     std::vector<Key> keys_;
 };
 
+//! Is all of a path but its last key in the scene? Only then does --set accept it.
+bool has_parent(YAML::Node node, std::string const& path)
+{
+    for (std::size_t begin = 0, end = path.find('.'); end != path.npos; begin = end + 1, end = path.find('.', begin)) {
+        auto const part = path.substr(begin, end - begin);
+        auto const child = node.IsSequence() ? node[std::stoul(part)] : node[part];
+        if (!child.IsDefined() || !(child.IsMap() || child.IsSequence())) return false;
+        node.reset(child);
+    }
+    return true;
+}
+
+//! "couplings[0].lag" -> "couplings.0.lag", as --set has it.
+std::string set_path(std::string const& path)
+{
+    std::string text;
+    for (char c : path)
+        if (c != ']') text += c == '[' ? '.' : c;
+    return text;
+}
+
+//! Every path that --set can change in a scene, a line each: those that hold a value, not keys of their own.
+std::string settable_paths(std::filesystem::path const& scene)
+{
+    using Kind = Key::Kind;
+    std::vector<Key> keys;
+    auto const text = read_scene_file(scene);
+    load_scene_text(text, scene, {}, &keys);
+    auto const root = YAML::Load(text);
+    std::string lines = "\n";
+    for (Key const& key : keys) {
+        bool const value =
+            key.kind != Kind::mapping && key.kind != Kind::named && key.kind != Kind::list && key.kind != Kind::open;
+        auto const path = set_path(key.path);
+        if (value && has_parent(root, path) && lines.find("\n" + path + "\n") == lines.npos) lines += path + "\n";
+    }
+    return lines.substr(1);
+}
+
 }  // namespace
 
 Json scene_schema()
@@ -159,7 +199,7 @@ Json scene_schema()
 
 int schema_command(Options const& o)
 {
-    auto const text = scene_schema().dump(1) + "\n";
+    auto const text = o.paths_in.empty() ? scene_schema().dump(1) + "\n" : settable_paths(o.paths_in);
     if (o.page.empty())
         std::fputs(text.c_str(), stdout);
     else

@@ -12,11 +12,14 @@
 namespace sluice {
 namespace {
 
-int write_aside(std::filesystem::path const& aside, std::span<std::byte const> bytes, Survive survive)
+using Pieces = std::span<std::span<std::byte const> const>;
+
+int write_aside(std::filesystem::path const& aside, Pieces pieces, Survive survive)
 {
     Descriptor file(aside, O_WRONLY | O_CREAT | O_TRUNC);
     if (file.get() < 0) return errno;
-    if (int const code = write_all(file.get(), bytes)) return code;
+    for (auto const piece : pieces)
+        if (int const code = write_all(file.get(), piece)) return code;
     if (survive == Survive::power_loss && ::fsync(file.get()) != 0) return errno;
     return file.close() ? 0 : errno;
 }
@@ -36,14 +39,16 @@ void sync_folder(std::filesystem::path const& folder)
     if (handle.get() < 0 || (::fsync(handle.get()) != 0 && errno != EINVAL)) throw_io(folder, "sync the folder", errno);
 }
 
-void write_atomically(std::filesystem::path const& path, std::span<std::byte const> bytes, Survive survive)
+void write_atomically(std::filesystem::path const& path, Pieces pieces, Survive survive)
 {
     make_folder(path.parent_path());
     std::filesystem::path aside = path;
     aside += ".partial";
-    if (int const code = write_aside(aside, bytes, survive)) {
+    if (int const code = write_aside(aside, pieces, survive)) {
         ::unlink(aside.c_str());
-        throw_io(path, fmt::format("write {} bytes", bytes.size()), code);
+        std::size_t bytes = 0;
+        for (auto const piece : pieces) bytes += piece.size();
+        throw_io(path, fmt::format("write {} bytes", bytes), code);
     }
     if (std::rename(aside.c_str(), path.c_str()) != 0) {
         int const code = errno;
@@ -51,6 +56,11 @@ void write_atomically(std::filesystem::path const& path, std::span<std::byte con
         throw_io(path, "rename into place", code);
     }
     if (survive == Survive::power_loss) sync_folder(path.parent_path());
+}
+
+void write_atomically(std::filesystem::path const& path, std::span<std::byte const> bytes, Survive survive)
+{
+    write_atomically(path, Pieces(&bytes, 1), survive);
 }
 
 void write_atomically(std::filesystem::path const& path, std::string_view text, Survive survive)

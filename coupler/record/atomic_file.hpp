@@ -21,6 +21,9 @@ enum class Survive
 //! Missing folders are made. Throws Error (Exit::io) with the system's reason, and leaves no partial file behind.
 void write_atomically(std::filesystem::path const& path, std::span<std::byte const> bytes,
                       Survive survive = Survive::kill);
+//! The same for bytes in pieces, one after the other.
+void write_atomically(std::filesystem::path const& path, std::span<std::span<std::byte const> const> pieces,
+                      Survive survive = Survive::kill);
 void write_atomically(std::filesystem::path const& path, std::string_view text, Survive survive = Survive::kill);
 
 //! The whole file. Throws Error (Exit::io) with the system's reason.

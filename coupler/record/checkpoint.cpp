@@ -72,6 +72,7 @@ CheckpointStore::CheckpointStore(fs::path const& directory, int keep) : root_(di
 void CheckpointStore::prepare() const
 {
     make_folder(root_);
+    sync_folder(root_.parent_path());
 }
 
 fs::path CheckpointStore::folder(std::int64_t window) const
@@ -97,12 +98,30 @@ fs::path CheckpointStore::part_file(std::int64_t window, std::string_view member
 CheckpointPart CheckpointStore::write_part(std::int64_t window, std::string_view member,
                                            std::span<std::byte const> bytes) const
 {
+    return write_pieces(window, member, {&bytes, 1});
+}
+
+CheckpointPart CheckpointStore::write_part(std::int64_t window, std::string_view member, State const& state) const
+{
+    return write_pieces(window, member, state.pieces().pieces);
+}
+
+CheckpointPart CheckpointStore::write_pieces(std::int64_t window, std::string_view member,
+                                             std::span<std::span<std::byte const> const> pieces) const
+{
     auto const file = part_file(window, member);
     std::error_code error;
     fs::create_directory(file.parent_path(), error);
     if (error) throw_io(file.parent_path(), "make the folder", error.value());
-    write_atomically(file, bytes, Survive::power_loss);
-    return {std::string(member), bytes.size(), digest_of(bytes)};
+    write_atomically(file, pieces, Survive::power_loss);
+    CheckpointPart part{std::string(member), 0, {}};
+    DigestStream stream;
+    for (auto const piece : pieces) {
+        stream.add(piece);
+        part.bytes += piece.size();
+    }
+    part.digest = stream.digest();
+    return part;
 }
 
 std::string CheckpointStore::commit(Manifest manifest) const
@@ -116,7 +135,6 @@ std::string CheckpointStore::commit(Manifest manifest) const
     manifest.previous.reset();
     for (auto const window : windows())
         if (!manifest.previous && window < manifest.window && looks_complete(window)) manifest.previous = window;
-    sync_folder(root_.parent_path());
     sync_folder(root_);
     write_atomically(manifest_file(manifest.window), manifest.text(), Survive::power_loss);
     return prune(manifest.window);

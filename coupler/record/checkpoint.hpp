@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "coupler/base/state.hpp"
 #include "coupler/record/manifest.hpp"
 
 namespace sluice {
@@ -31,11 +32,12 @@ class CheckpointStore
     //! more.
     CheckpointStore(std::filesystem::path const& directory, int keep);
 
-    //! Makes the folder, once before the first part is written.
+    //! Makes the folder, in every process before its first part.
     void prepare() const;
 
     //! Phase 1, in every process: this member's bytes of a window. Does not make a folder anew that was taken away.
     CheckpointPart write_part(std::int64_t window, std::string_view member, std::span<std::byte const> bytes) const;
+    CheckpointPart write_part(std::int64_t window, std::string_view member, State const& state) const;  //!< no copy
 
     //! Phase 2, in the coordinator once it has all reports: writes the manifest (its `previous` is filled in here, its
     //! members are put in order) and then removes generations beyond `keep`, and older ones that were never complete.
@@ -44,6 +46,9 @@ class CheckpointStore
 
     //! Reads every part of the newest generation against its manifest, then of the one before, and so on.
     FoundCheckpoint newest() const;
+
+    //! The manifest of one generation, for a process that was told which one to go on from; looks at no part.
+    Manifest read_manifest(std::int64_t window) const;
 
     //! A part of a manifest's generation, if it is what the manifest says.
     std::vector<std::byte> read_part(Manifest const& manifest, std::string_view member) const;
@@ -57,9 +62,10 @@ class CheckpointStore
     std::filesystem::path manifest_file(std::int64_t window) const;
 
  private:
+    CheckpointPart write_pieces(std::int64_t window, std::string_view member,
+                                std::span<std::span<std::byte const> const> pieces) const;
     std::filesystem::path folder(std::int64_t window) const;
     std::vector<std::int64_t> windows() const;  //!< newest first, complete or not
-    Manifest read_manifest(std::int64_t window) const;
     bool looks_complete(std::int64_t window) const;
     void remove(std::int64_t window) const;
     std::string prune(std::int64_t newest) const;

@@ -94,9 +94,8 @@ void read_group(Reader& reader, Scene& scene, bool couplings_known)
 
 }  // namespace
 
-void read_implicit(Reader& root, Scene& scene)
+void read_implicit(Reader& root, Scene& scene, bool couplings_known)
 {
-    bool const couplings_known = root.list("couplings").size() == scene.edges.size();  // else some have mistakes
     for (auto& reader : root.list("implicit")) read_group(reader, scene, couplings_known);
 }
 

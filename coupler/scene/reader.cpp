@@ -85,8 +85,10 @@ std::vector<std::string> Reader::keys() const
 //! Where a value stands; for a block mapping or list the parser only knows its first item, so it is where the key is.
 YAML::Mark Reader::value_mark(std::string_view key, YAML::Node const& value) const
 {
-    bool const block = !value.IsScalar() && value.Style() != YAML::EmitterStyle::Flow;
-    return block || is_nowhere(value.Mark()) ? key_node(key).Mark() : value.Mark();
+    auto const key_mark = key_node(key).Mark();
+    bool const written_null = value.IsNull() && value.Mark().line == key_mark.line;
+    bool const block = !value.IsScalar() && !written_null && value.Style() != YAML::EmitterStyle::Flow;
+    return block || is_nowhere(value.Mark()) ? key_mark : value.Mark();
 }
 
 Problem Reader::at(YAML::Mark const& mark) const

@@ -316,6 +316,7 @@ std::vector<std::string> Reader::words(std::string_view key)
 std::optional<std::size_t> Reader::find_name(std::string_view key, std::string const& path, YAML::Node const& node,
                                              std::string_view kind, std::vector<std::string> const& known)
 {
+    if (known.empty()) return std::nullopt;  // what defines the names is missing, and that is said elsewhere
     auto const word = scalar_or_kind(node);
     auto const found = std::find(known.begin(), known.end(), word);
     if (node.IsScalar() && found != known.end()) return static_cast<std::size_t>(found - known.begin());

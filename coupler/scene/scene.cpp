@@ -53,7 +53,7 @@ void read_data(Reader& root, Scene& scene)
                 c.problem("", "meshless data have no place in space. Leave the column out, or meshless.");
             c.finish();
         }
-        if (spec.columns.empty()) reader.problem("columns", "no column (at least one).");
+        if (spec.columns.empty() && reader.has("columns")) reader.problem("columns", "no column (at least one).");
         if (spec.columns.size() > 30) reader.problem("columns", "more than 30 columns.");
         reader.finish();
         scene.data.push_back(spec);
@@ -63,6 +63,7 @@ void read_data(Reader& root, Scene& scene)
 void read_participants(Reader& root, LoadedScene& loaded)
 {
     Scene& scene = loaded.scene;
+    auto const mistakes = root.diagnostics()->problems.size();
     for (auto& [name, reader] : root.children("participants")) {
         ParticipantSpec spec;
         spec.name = name;
@@ -87,7 +88,7 @@ void read_participants(Reader& root, LoadedScene& loaded)
         reader.finish();
         scene.participants.push_back(spec);
     }
-    if (root.has("participants") && scene.participants.empty())
+    if (scene.participants.empty() && root.has("participants") && root.diagnostics()->problems.size() == mistakes)
         root.problem("participants", "nobody takes part (at least one).");
     if (scene.participants.size() > 256)
         root.problem("participants", std::to_string(scene.participants.size()) + " of them (at most 256).");
@@ -120,6 +121,7 @@ std::optional<Box> read_region(Reader& edge, Scene const& scene, DataSpec const*
 void read_edge(Reader& reader, Scene& scene)
 {
     Edge edge;
+    auto const before = reader.diagnostics()->problems.size();
     auto const names = scene.participant_names();
     auto const from = reader.name_of("from", "participant", names), to = reader.name_of("to", "participant", names);
     auto const data = reader.name_of("data", "data", scene.data_names());
@@ -142,18 +144,24 @@ void read_edge(Reader& reader, Scene& scene)
     for (Edge const& other : scene.edges)
         if (other.from == edge.from && other.to == edge.to && other.data == edge.data)
             reader.problem("data", "this coupling stands here twice. Keep one.");
+    if (reader.diagnostics()->problems.size() > before)
+        edge.lag = 1;  // what was meant is not known: no part of a circle
     scene.edges.push_back(edge);
 }
 
-void read_couplings(Reader& root, Scene& scene)
+//! Returns whether all of them are known as they are meant.
+bool read_couplings(Reader& root, Scene& scene)
 {
+    auto const before = root.diagnostics()->problems.size();
     for (auto& reader : root.list("couplings")) read_edge(reader, scene);
+    bool const known = root.diagnostics()->problems.size() == before;
     auto const circle = lag0_circle(scene);
-    if (circle.empty()) return;
+    if (circle.empty()) return known;
     std::string names;
     for (auto const& name : circle) names += (names.empty() ? "" : " -> ") + name;
     root.problem("couplings", "the lag-0 edges form a circle, each would wait for the other: " + names +
                                   " (give one of them lag: 1).");
+    return known;
 }
 
 void read_checkpoint(Reader& root, Scene& scene)
@@ -166,6 +174,10 @@ void read_checkpoint(Reader& root, Scene& scene)
     scene.restart_on_death = root.choice_or("on-death", 0, {"stop", "restart"}) == 1;
     if (scene.restart_on_death && scene.checkpoint.interval == 0 && scene.checkpoint.windows == 0)
         root.problem("on-death", "restart without checkpoints (needs checkpoint.interval or checkpoint.windows > 0).");
+    if (scene.restart_on_death && scene.transport == TransportKind::mpi)
+        root.problem("on-death",
+                     "restart contradicts transport: mpi (mpirun ends the whole job when one process dies). Take zmq, "
+                     "shm or auto.");
 }
 
 void read_rest(Reader& root, Scene& scene)
@@ -184,6 +196,7 @@ void read_rest(Reader& root, Scene& scene)
     auto timeouts = root.child_or_empty("timeouts");
     scene.connect_timeout = timeouts.number_or("connect", 60.0, {.above = 0.0, .max = 1e6, .unit = "s"});
     scene.silence_timeout = timeouts.number_or("silence", 10.0, {.min = 0.5, .max = 1e6, .unit = "s"});
+    scene.window_timeout = timeouts.number_or("window", 0.0, {.min = 0.0, .max = 1e9, .unit = "s"});
     timeouts.finish();
 }
 
@@ -281,9 +294,9 @@ LoadedScene load_scene_text(std::string const& text, std::filesystem::path const
     read_gravity(root, scene);
     read_data(root, scene);
     read_participants(root, loaded);
-    read_couplings(root, scene);
+    bool const couplings_known = read_couplings(root, scene);
     read_time(root, scene);
-    read_implicit(root, scene);
+    read_implicit(root, scene, couplings_known);
     read_network(root, scene);
     read_rest(root, scene);
     root.finish_collecting();

@@ -124,6 +124,7 @@ struct Scene
     int coarsen = 1;              //!< lattice arrays are written averaged over this many cells each way
     double connect_timeout = 60;  //!< s
     double silence_timeout = 10;  //!< s without a sign of life from a peer's process
+    double window_timeout = 0;    //!< s of wall time that one window may take; 0: any
     std::string canonical;        //!< `path = value` lines of all of the above, compared at handshake
     std::uint64_t hash = 0;       //!< XXH3 of `canonical`
     std::vector<std::string> overrides;

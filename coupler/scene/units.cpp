@@ -128,9 +128,8 @@ std::string read_unit(Reader& column)
                                   "\" (needed: a product of SI units with powers, e.g. m/s2, " + "N m, W/m2/K, 1)." +
                                   did_you_mean(check.odd, known));
     else if (!check.odd.empty())
-        column.warn("unit", "has " + check.odd + ", which is not a unit of SI without a prefix" +
-                                (check.instead.empty() ? "" : " (" + check.instead + ")") +
-                                ": nothing is converted, both ends must mean the same.");
+        column.warn("unit", "is accepted, but " + check.odd + " is not SI (needed: " + check.instead +
+                                "). Nothing is converted: both ends must mean the same.");
     return unit;
 }
 

@@ -1,10 +1,15 @@
+#include <yaml-cpp/eventhandler.h>
+
+#include <algorithm>
 #include <charconv>
 #include <fstream>
+#include <optional>
 #include <span>
 #include <sstream>
 
 #include "coupler/base/error.hpp"
 #include "coupler/scene/reader.hpp"
+#include "coupler/scene/syntax.hpp"
 
 namespace sluice {
 namespace {
@@ -19,30 +24,133 @@ std::string place_of(YAML::Mark const& mark, Diagnostics const& where)
            std::to_string(where.column(mark.line + 1, mark.column));
 }
 
-//! Counts what a recursive reader would visit: an alias bomb expands here and is stopped, not in the readers.
-void count_nodes(YAML::Node const& node, int depth, int& nodes, Diagnostics const& where)
+//! Counts what a recursive reader would visit: an alias bomb expands here and is stopped, not in the readers. Shown at
+//! the key of the scene (`top`) that it is in: where an alias stands is not known.
+void count_nodes(YAML::Node const& node, int depth, int& nodes, Diagnostics const& where, YAML::Mark const& top)
 {
-    auto const place = [&] { return place_of(node.Mark(), where); };
     require(depth <= deepest, [&] {
-        return Error(place() + ": nested deeper than " + std::to_string(deepest) + " levels. Flatten the scene.");
+        return Error(place_of(node.Mark(), where) + ": nested deeper than " + std::to_string(deepest) +
+                     " levels. Flatten the scene.");
     });
     require(++nodes <= most_nodes, [&] {
-        return Error(place() + ": more than " + std::to_string(most_nodes) +
+        return Error(place_of(top, where) + ": more than " + std::to_string(most_nodes) +
                      " nodes, aliases expanded. Shorten the scene.");
     });
     if (node.IsMap())
-        for (auto const& entry : node) count_nodes(entry.second, depth + 1, nodes, where);
+        for (auto const& entry : node)
+            count_nodes(entry.second, depth + 1, nodes, where, depth == 0 ? entry.first.Mark() : top);
     else if (node.IsSequence())
-        for (auto const& item : node) count_nodes(item, depth + 1, nodes, where);
+        for (auto const& item : node) count_nodes(item, depth + 1, nodes, where, top);
 }
 
-//! One YAML document, or an empty node for an empty text. Throws YAML::Exception on bad syntax.
-YAML::Node load_one(std::string const& text, std::string const& where)
+//! The line (1-based) of the `---` that begins a second document whose content is at `mark`, if there is one.
+std::optional<std::size_t> second_document(std::string const& text, YAML::Mark const& mark)
 {
-    auto documents = YAML::LoadAll(text);
-    require(documents.size() <= 1,
-            [&] { return Error(where + ": " + std::to_string(documents.size()) + " YAML documents (needed: one)."); });
-    return documents.empty() ? YAML::Node() : documents[0];
+    std::size_t line = 1;
+    std::optional<std::size_t> found;
+    for (std::size_t at = 0; at < text.size() && static_cast<int>(line) <= mark.line + 1; ++line) {
+        if (text.compare(at, 3, "---") == 0) found = line;
+        at = std::min(text.find('\n', at), text.size() - 1) + 1;
+    }
+    return found;
+}
+
+//! Counts the documents of a text, and where the last one started.
+class Documents : public YAML::EventHandler
+{
+ public:
+    int count = 0;
+    YAML::Mark start;
+
+    void OnDocumentStart(YAML::Mark const& mark) override { ++count, start = mark; }
+    void OnDocumentEnd() override {}
+    void OnNull(YAML::Mark const&, YAML::anchor_t) override {}
+    void OnAlias(YAML::Mark const&, YAML::anchor_t) override {}
+    void OnScalar(YAML::Mark const&, std::string const&, YAML::anchor_t, std::string const&) override {}
+    void OnSequenceStart(YAML::Mark const&, std::string const&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+    void OnSequenceEnd() override {}
+    void OnMapStart(YAML::Mark const&, std::string const&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+    void OnMapEnd() override {}
+};
+
+//! One YAML document, or an empty node for an empty text. Throws YAML::Exception on bad syntax. `where` turns a mark
+//! into the place that a message starts with. Not LoadAll(): yaml-cpp 0.7 finds documents without end where a text goes
+//! on with a stray `,` or `]`.
+template <class Where>
+YAML::Node load_one(std::string const& text, Where&& where)
+{
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    Documents documents;
+    while (documents.count < 2 && parser.HandleNextDocument(documents)) continue;
+    require(documents.count < 2, [&] {
+        auto mark = documents.start;
+        auto const line = second_document(text, mark);
+        if (!line) return Error(where(mark) + ": the text goes on after its YAML document (needed: one document).");
+        mark.line = static_cast<int>(*line) - 1;
+        mark.column = 0;
+        return Error(where(mark) + ": 2 YAML documents or more (needed: one). Remove this line and what follows.");
+    });
+    return YAML::Load(text);
+}
+
+//! What a message of the parser often comes from.
+std::string hint_of(std::string const& message)
+{
+    if (message == YAML::ErrorMsg::MAP_VALUE)
+        return " A text with \": \" in it needs quotes; a key needs a line of its own.";
+    if (message.find("flow not found") != message.npos) return " Is a comma missing before this?";
+    if (message == YAML::ErrorMsg::END_OF_MAP) return " Is this line indented like those that it belongs to?";
+    if (message == YAML::ErrorMsg::UNKNOWN_TOKEN) return " Put the text in quotes.";
+    return "";
+}
+
+//! The message about a text that is no YAML, at the quote or bracket that was left open if that is what it is about.
+Error syntax_error(YAML::Exception const& e, Diagnostics const& where)
+{
+    if (auto const tab = tab_before(where.text, e.mark.line))
+        return Error(where.file + ":" + std::to_string(e.mark.line + 1) + ":" + std::to_string(*tab + 1) +
+                     ": a tab indents this line (YAML takes spaces alone: " + e.msg + "). Use spaces.");
+    bool const open = e.msg == YAML::ErrorMsg::EOF_IN_SCALAR || e.msg.find("not found") != e.msg.npos;
+    auto const opening = open ? open_before(where.text, e.mark.line, e.mark.column) : std::nullopt;
+    if (!opening) return Error(place_of(e.mark, where) + ": " + e.msg + " (the text is not YAML)." + hint_of(e.msg));
+    YAML::Mark mark;
+    mark.line = opening->line;
+    mark.column = opening->offset;
+    return Error(place_of(mark, where) + ": this " + opening->sign +
+                 " is not closed on its line (the text is not YAML: " + e.msg + " in line " +
+                 std::to_string(e.mark.line + 1) + "). Close it.");
+}
+
+//! The last scalar of a tree in the order of the text, keys included.
+void find_last(YAML::Node const& node, YAML::Node& last)
+{
+    if (node.IsScalar() && node.Mark().pos >= last.Mark().pos) last.reset(node);
+    if (node.IsMap())
+        for (auto const& entry : node) find_last(entry.first, last), find_last(entry.second, last);
+    else if (node.IsSequence())
+        for (auto const& item : node) find_last(item, last);
+}
+
+//! The parser takes a line end for the end of a quoted text that is not closed, if nothing follows: it looks away.
+void require_last_quote_closed(YAML::Node const& root, Diagnostics const& where)
+{
+    YAML::Node last(YAML::NodeType::Scalar);
+    find_last(root, last);
+    if (last.Tag() != "!") return;
+    auto const end = where.text.find_last_not_of(" \t\r\n");
+    std::string_view const whole(where.text.data(), end + 1);
+    auto const lines = std::count(whole.begin(), whole.end(), '\n');
+    auto const line_begin = whole.rfind('\n') + 1;  // npos + 1 is 0
+    auto const mark = last.Mark();
+    bool const lone = lines == mark.line && static_cast<int>(whole.size() - line_begin) == mark.column + 1;
+    bool closed = !lone;
+    try {
+        if (closed) YAML::Load(std::string(whole));
+    } catch (YAML::Exception const&) {
+        closed = false;
+    }
+    require(closed, [&] { return Error(place_of(mark, where) + ": this quote is not closed. Close it."); });
 }
 
 //! The child of a mapping or list by its key or index; an undefined node if there is none.
@@ -112,7 +220,7 @@ void apply_override(YAML::Node& root, std::string const& text, bool aliases)
     for (std::string part; std::getline(parts, part, '.');) names.push_back(part);
     require_path(root, names, text);
     try {
-        auto const value = load_one(text.substr(split + 1), "--set " + text);
+        auto const value = load_one(text.substr(split + 1), [&](YAML::Mark const&) { return "--set " + text; });
         if (aliases) {
             root.reset(with_value(root, names, value));
             return;
@@ -173,18 +281,22 @@ Reader read_yaml(std::string const& text, std::string const& file, std::vector<s
     diagnostics->read(file, text);
     YAML::Node root;
     try {
-        root = load_one(text, file);
+        root = load_one(text, [&](YAML::Mark const& mark) { return place_of(mark, *diagnostics); });
     } catch (YAML::Exception const& e) {
-        throw Error(place_of(e.mark, *diagnostics) + ": " + e.msg + " (the text is not YAML).");
+        throw syntax_error(e, *diagnostics);
     }
     int nodes = 0;
-    count_nodes(root, 0, nodes, *diagnostics);
-    require(root.IsMap(),
-            [&] { return Error(file + ":1:1: not a mapping of keys (a scene starts with \"sluice: 1\")."); });
+    count_nodes(root, 0, nodes, *diagnostics, root.Mark());
+    require_last_quote_closed(root, *diagnostics);
+    require(root.IsMap(), [&] {
+        auto const place =
+            text.find_first_not_of(" \t\r\n") == text.npos ? file + ":1:1" : place_of(root.Mark(), *diagnostics);
+        return Error(place + ": not a mapping of keys (a scene starts with \"sluice: 1\").");
+    });
     for (auto const& change : overrides) {
         apply_override(root, change, text.find('*') != std::string::npos);
         diagnostics->overridden.push_back(reader_path(change));
-        count_nodes(root, 0, nodes = 0, *diagnostics);
+        count_nodes(root, 0, nodes = 0, *diagnostics, root.Mark());
     }
     return {root, root, "", diagnostics, true};
 }

@@ -181,7 +181,6 @@ std::vector<double> AccelerationBlock::summary(Columns const& used, Columns cons
         std::size_t const size = ids_.size() * static_cast<std::size_t>(column.components);
         auto const r = part(residual_, first, size);
         ColumnSummary& c = s.columns[static_cast<std::size_t>(column.joint)];
-        c.unknowns = static_cast<double>(size);
         c.used = part(used_, first, size).squaredNorm();
         c.result = part(result_, first, size).squaredNorm();
         c.residual = r.squaredNorm();

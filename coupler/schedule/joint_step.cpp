@@ -19,7 +19,7 @@ constexpr double filter_limit = 1e-3;
 //! A difference shorter than this, relative to the values themselves, is dropped too: the rounding in it, some 1e-15 of
 //! the values, would pass the filter as a direction of its own.
 constexpr double noise = 1e-15 / filter_limit;
-constexpr std::size_t header = 5, column_header = 7;
+constexpr std::size_t header = 5, column_header = 6;
 
 double squared(double x)
 {
@@ -94,8 +94,8 @@ Summary unpack_one(AccelerationConfig const& config, Vector const& packed)
     for (std::size_t c = 0; c < config.columns.size(); ++c) {
         if (packed.size() - at < column_header) mismatch("a summary that is cut off");
         double const* p = packed.data() + at;
-        ColumnSummary column{p[0], p[1], p[2], p[3], p[4], p[5], {}};
-        std::size_t const size = factor_size(p[6], s.differences);
+        ColumnSummary column{p[0], p[1], p[2], p[3], p[4], {}};
+        std::size_t const size = factor_size(p[5], s.differences);
         at += column_header;
         if (packed.size() - at < size) mismatch("a summary that is cut off");
         column.factor.assign(packed.begin() + static_cast<std::ptrdiff_t>(at),
@@ -161,8 +161,8 @@ std::vector<Vector> stacked(std::vector<Summary> const& blocks, Vector const& we
     return matrix;
 }
 
-//! QR of the columns that pass the filter, newest first, by Gram-Schmidt done twice (Giraud et al. 2005: twice is
-//! enough).
+//! QR of the columns that pass the filter, newest first, by modified Gram-Schmidt, the right-hand side treated like one
+//! more column: backward stable (Bjorck 1967). In a space of n unknowns the filter passes n columns at most.
 struct Factors
 {
     std::vector<Vector> q;
@@ -174,12 +174,10 @@ struct Factors
         double const before = std::sqrt(dot(column, column));
         if (!(before > noise)) return;
         Vector coefficients(q.size() + 1, 0.0);
-        for (int pass = 0; pass < 2; ++pass)
-            for (std::size_t k = 0; k < q.size(); ++k) {
-                double const share = dot(q[k], column);
-                coefficients[k] += share;
-                subtract(column, share, q[k]);
-            }
+        for (std::size_t k = 0; k < q.size(); ++k) {
+            coefficients[k] = dot(q[k], column);
+            subtract(column, coefficients[k], q[k]);
+        }
         double const after = std::sqrt(dot(column, column));
         if (!(after > filter_limit * before)) return;
         for (double& x : column) x /= after;
@@ -222,12 +220,9 @@ double aitken_factor(AccelerationConfig const& config, std::vector<Summary> cons
 AccelerationStep quasi_newton_step(AccelerationConfig const& config, std::vector<Summary> const& blocks)
 {
     auto const differences = static_cast<std::size_t>(blocks[0].differences);
-    double unknowns = 0;
-    for (std::size_t c = 0; c < config.columns.size(); ++c) unknowns += joint(blocks, c, &ColumnSummary::unknowns);
     std::vector<Vector> matrix = stacked(blocks, weights(config, blocks));
     Factors factors;
-    for (std::size_t j = 0; j < differences && static_cast<double>(factors.kept.size()) < unknowns; ++j)
-        factors.add(j, std::move(matrix[j]));
+    for (std::size_t j = 0; j < differences; ++j) factors.add(j, std::move(matrix[j]));
     AccelerationStep step;
     step.coefficients.assign(differences, 0.0);
     step.kept = factors.kept;
@@ -245,7 +240,7 @@ std::vector<double> pack(Summary const& summary)
                      static_cast<double>(summary.iteration), static_cast<double>(summary.differences),
                      static_cast<double>(summary.columns.size())};
     for (ColumnSummary const& c : summary.columns) {
-        packed.insert(packed.end(), {c.unknowns, c.used, c.result, c.residual, c.change, c.overlap,
+        packed.insert(packed.end(), {c.used, c.result, c.residual, c.change, c.overlap,
                                      static_cast<double>(factor_rows(c, summary.differences))});
         packed.insert(packed.end(), c.factor.begin(), c.factor.end());
     }

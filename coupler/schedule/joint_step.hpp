@@ -11,7 +11,6 @@ namespace sluice {
 //! What one block tells the group about one joint column. Squares in the column's unit squared.
 struct ColumnSummary
 {
-    double unknowns = 0;
     double used = 0;      //!< |x|^2
     double result = 0;    //!< |x~|^2
     double residual = 0;  //!< |r|^2

@@ -2,10 +2,10 @@
 
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <span>
-
-#include "coupler/transport/transport.hpp"
+#include <vector>
 
 namespace sluice {
 
@@ -31,6 +31,42 @@ class Buffer
     };
     std::unique_ptr<std::byte, Free> memory_;
     std::size_t capacity_ = 0;
+};
+
+//! Buffers that are used again. What take() gives comes back by itself, from any thread, also after the pool has gone.
+class BufferPool
+{
+ public:
+    //! The buffer that came back last, or a new one.
+    std::shared_ptr<Buffer> take()
+    {
+        std::unique_ptr<Buffer> buffer;
+        {
+            std::lock_guard const lock(spare_->mutex);
+            if (!spare_->buffers.empty()) {
+                buffer = std::move(spare_->buffers.back());
+                spare_->buffers.pop_back();
+            }
+        }
+        if (!buffer) buffer = std::make_unique<Buffer>();
+        return {buffer.release(), [spare = spare_](Buffer* back) { spare->keep(std::unique_ptr<Buffer>(back)); }};
+    }
+
+ private:
+    struct Spare
+    {
+        static constexpr std::size_t most = 16;  // more are given back to the system
+        std::mutex mutex;
+        std::vector<std::unique_ptr<Buffer>> buffers;
+
+        Spare() { buffers.reserve(most); }
+        void keep(std::unique_ptr<Buffer> buffer) noexcept
+        {
+            std::lock_guard const lock(mutex);
+            if (buffers.size() < most) buffers.push_back(std::move(buffer));
+        }
+    };
+    std::shared_ptr<Spare> spare_ = std::make_shared<Spare>();
 };
 
 }  // namespace sluice

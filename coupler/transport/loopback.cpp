@@ -31,7 +31,7 @@ class LoopbackTransport final : public Transport
 
     std::span<std::byte> reserve(int /*peer*/, std::size_t size) override
     {
-        next_ = std::make_shared<Buffer>();
+        if (!next_) next_ = pool_.take();
         return next_->room(size);
     }
 
@@ -65,6 +65,7 @@ class LoopbackTransport final : public Transport
  private:
     std::shared_ptr<LoopbackHub::State> state_;
     int self_;
+    BufferPool pool_;
     std::shared_ptr<Buffer> next_;
 };
 

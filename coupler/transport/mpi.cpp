@@ -1,25 +1,64 @@
 #define OMPI_SKIP_MPICXX  // the deprecated C++ interface does not compile without warnings
 #include <mpi.h>
-#include <sched.h>
 
+#include <algorithm>
+#include <array>
 #include <climits>
-#include <cstring>
-#include <list>
 #include <thread>
 
 #include "coupler/base/error.hpp"
 #include "coupler/transport/buffer.hpp"
+#include "coupler/transport/spin.hpp"
 #include "coupler/transport/transport.hpp"
 
 namespace sluice {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using std::chrono::microseconds;
 
 constexpr int tag = 1;
-constexpr auto spin = std::chrono::microseconds(30);  // then sleep: with two cores a spinning waiter takes a solver's
-constexpr auto nap = std::chrono::microseconds(50);
 constexpr int most_in_flight = 64;
+constexpr microseconds longest_nap{5000};           // 200 looks a second: an idle wait costs next to nothing
+constexpr std::chrono::seconds time_to_finish{10};  // for what is still on its way when the transport ends
+
+//! Messages that MPI has not let go of yet, in the order in which they were sent.
+class Sendings
+{
+ public:
+    bool full() const { return count_ == most_in_flight; }
+    bool empty() const { return count_ == 0; }
+
+    void start(std::shared_ptr<Buffer> buffer, std::size_t size, int rank)
+    {
+        MPI_Isend(buffer->data(), static_cast<int>(size), MPI_BYTE, rank, tag, MPI_COMM_WORLD, &requests_[count_]);
+        buffers_[count_++] = std::move(buffer);
+    }
+
+    void collect_finished()
+    {
+        if (empty()) return;
+        int done = 0;
+        MPI_Testsome(static_cast<int>(count_), requests_.data(), &done, indices_.data(), MPI_STATUSES_IGNORE);
+        if (done <= 0) return;
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (requests_[i] == MPI_REQUEST_NULL) {  // set by MPI_Testsome
+                buffers_[i].reset();
+            } else {
+                std::swap(requests_[kept], requests_[i]);
+                std::swap(buffers_[kept++], buffers_[i]);
+            }
+        }
+        count_ = kept;
+    }
+
+ private:
+    std::size_t count_ = 0;
+    std::array<MPI_Request, most_in_flight> requests_{};
+    std::array<std::shared_ptr<Buffer>, most_in_flight> buffers_{};
+    std::array<int, most_in_flight> indices_{};
+};
 
 class MpiTransport final : public Transport
 {
@@ -39,44 +78,51 @@ class MpiTransport final : public Transport
     ~MpiTransport() override
     {
         if (gave_up_) return;
-        for (auto& sending : in_flight_) MPI_Wait(&sending.request, MPI_STATUS_IGNORE);
+        auto const start = Clock::now();
+        for (sendings_.collect_finished(); !sendings_.empty(); sendings_.collect_finished()) {
+            auto const waited = Clock::now() - start;
+            if (waited > time_to_finish) break;  // a peer that takes nothing in: mpirun ends the job if it died
+            nap(waited, time_to_finish);
+        }
         MPI_Finalize();
     }
 
     std::span<std::byte> reserve(int /*peer*/, std::size_t size) override
     {
-        collect_finished();
-        if (in_flight_.size() >= most_in_flight) return {};
-        if (!next_) next_ = take_spare();
+        sendings_.collect_finished();
+        if (sendings_.full()) return {};
+        if (!next_) next_ = pool_.take();
         return next_->room(size);
     }
 
     bool commit(int peer, std::size_t size) override
     {
         require(size <= INT_MAX, [] { return Error("a message of more than 2 GB (MPI's limit).", Exit::io); });
-        auto& sending = in_flight_.emplace_back();
-        sending.buffer = std::move(next_);
-        MPI_Isend(sending.buffer->data(), static_cast<int>(size), MPI_BYTE, rank_of_[static_cast<std::size_t>(peer)],
-                  tag, MPI_COMM_WORLD, &sending.request);
+        sendings_.start(std::move(next_), size, rank_of_[static_cast<std::size_t>(peer)]);
         return true;
     }
 
-    std::optional<Incoming> receive(std::chrono::microseconds patience) override
+    std::optional<Incoming> receive(microseconds patience) override
     {
-        auto const start = Clock::now();
+        if (auto incoming = look()) {
+            spin_.found();
+            return incoming;
+        }
+        auto now = Clock::now();
+        auto const start = now, deadline = now + patience;
+        spin_.begin(now);
         for (;;) {
-            int found = 0;
-            MPI_Message message;
-            MPI_Status status;
-            MPI_Improbe(MPI_ANY_SOURCE, tag, MPI_COMM_WORLD, &found, &message, &status);
-            if (found) return take(message, status);
-            collect_finished();
-            auto const waited = Clock::now() - start;
-            if (waited >= patience) return std::nullopt;
-            if (waited < spin)
-                sched_yield();
-            else
-                std::this_thread::sleep_for(nap);
+            sendings_.collect_finished();
+            if (auto incoming = look()) {
+                spin_.found(Clock::now());
+                return incoming;
+            }
+            now = Clock::now();
+            if (now >= deadline) {
+                spin_.gave_up(now);
+                return std::nullopt;
+            }
+            if (!spin_.again(now)) nap(spin_.waited() + (now - start), deadline - now);
         }
     }
 
@@ -90,11 +136,11 @@ class MpiTransport final : public Transport
     }
 
  private:
-    struct Sending
+    //! A twentieth of the time waited so far: no message is late by more than that, and a long wait costs little.
+    static void nap(Clock::duration waited, Clock::duration left)
     {
-        std::shared_ptr<Buffer> buffer;
-        MPI_Request request = MPI_REQUEST_NULL;
-    };
+        std::this_thread::sleep_for(std::min<Clock::duration>({waited / 20, longest_nap, left}));
+    }
 
     void meet(Members const& members)
     {
@@ -111,6 +157,7 @@ class MpiTransport final : public Transport
             });
             slot = rank;
         }
+        spin_.set_crowded(size > available_cores());
         std::string missing;
         for (std::size_t p = 0; p < rank_of_.size(); ++p)
             if (rank_of_[p] < 0) missing += (missing.empty() ? "" : ", ") + members.names[p];
@@ -121,41 +168,26 @@ class MpiTransport final : public Transport
         });
     }
 
-    Incoming take(MPI_Message& message, MPI_Status const& status)
+    std::optional<Incoming> look()
     {
-        int count = 0;
+        int found = 0, count = 0;
+        MPI_Message message;
+        MPI_Status status;
+        MPI_Improbe(MPI_ANY_SOURCE, tag, MPI_COMM_WORLD, &found, &message, &status);
+        if (!found) return std::nullopt;
         MPI_Get_count(&status, MPI_BYTE, &count);
-        Incoming incoming;
-        auto buffer = take_spare();
+        auto buffer = pool_.take();
         auto const room = buffer->room(static_cast<std::size_t>(count));
-        MPI_Mrecv(room.data(), count, MPI_BYTE, &message, MPI_STATUS_IGNORE);
-        incoming.message = {room, std::move(buffer)};
-        for (std::size_t p = 0; p < rank_of_.size(); ++p)
-            if (rank_of_[p] == status.MPI_SOURCE) incoming.peer = static_cast<int>(p);
-        return incoming;
-    }
-
-    //! A buffer that nobody else holds: of those in `buffers_` one that has come back, or a new one.
-    std::shared_ptr<Buffer> take_spare()
-    {
-        for (auto const& buffer : buffers_)
-            if (buffer.use_count() == 1) return buffer;
-        return buffers_.emplace_back(std::make_shared<Buffer>());
-    }
-
-    void collect_finished()
-    {
-        for (auto it = in_flight_.begin(); it != in_flight_.end();) {
-            int done = 0;
-            MPI_Test(&it->request, &done, MPI_STATUS_IGNORE);
-            it = done ? in_flight_.erase(it) : std::next(it);
-        }
+        MPI_Mrecv(room.data(), count, MPI_BYTE, &message, MPI_STATUS_IGNORE);  // it is matched: only its bytes are due
+        auto const sender = std::find(rank_of_.begin(), rank_of_.end(), status.MPI_SOURCE);
+        return Incoming{static_cast<int>(sender - rank_of_.begin()), {room, std::move(buffer)}};
     }
 
     std::vector<int> rank_of_;
-    std::list<Sending> in_flight_;
-    std::vector<std::shared_ptr<Buffer>> buffers_;
+    BufferPool pool_;
+    Sendings sendings_;
     std::shared_ptr<Buffer> next_;
+    Spin spin_;
     bool gave_up_ = false;
 };
 

@@ -93,6 +93,10 @@ struct Network
 //! Throws Error (exit 7) if a port or path cannot be bound.
 std::unique_ptr<Transport> make_zmq_transport(Members const& members, Network const& network);
 
+//! Shared memory between members on one host, ZeroMQ between others; hosts need not be told. Handshake and liveness stay
+//! with ZeroMQ, so `network` is what make_zmq_transport() takes, and so are the errors. Every member must use it.
+std::unique_ptr<Transport> make_shm_transport(Members const& members, Network const& network);
+
 //! MPI: every member is one rank of one mpirun, in any order. Initialises MPI, finalises it on destruction.
 std::unique_ptr<Transport> make_mpi_transport(Members const& members);
 

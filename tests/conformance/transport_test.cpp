@@ -15,30 +15,35 @@ using sluice::Members;
 using sluice::Transport;
 using std::chrono::milliseconds;
 
-//! Makes the transport of member 0 or 1; both calls come from different threads.
+//! Makes the transport of a member; the calls come from different threads.
 using Make = std::function<std::unique_ptr<Transport>(int self)>;
+using Side = std::function<void(Transport&, int self)>;
 
-//! Runs both sides in threads; returns what went wrong, empty if nothing did.
-std::string converse(Make const& make, std::function<void(Transport&, int)> const& side)
+//! Runs all sides in threads; returns what went wrong, empty if nothing did.
+std::string converse(Make const& make, Side const& side, int count = 2)
 {
-    std::string wrong[2];
-    auto body = [&](int self) {
-        try {
-            auto transport = make(self);
-            side(*transport, self);
-        } catch (std::exception const& e) {
-            wrong[self] = e.what();
-        }
-    };
-    std::thread other(body, 1);
-    body(0);
-    other.join();
-    return wrong[0] + wrong[1];
+    std::vector<std::string> wrong(static_cast<std::size_t>(count));
+    std::vector<std::thread> threads;
+    for (int self = 0; self < count; ++self)
+        threads.emplace_back([&, self] {
+            try {
+                auto transport = make(self);
+                side(*transport, self);
+            } catch (std::exception const& e) {
+                wrong[static_cast<std::size_t>(self)] = e.what();
+            }
+        });
+    for (auto& thread : threads) thread.join();
+    std::string all;
+    for (auto const& w : wrong) all += w;
+    return all;
 }
 
-Members members(int self)
+Members members(int self, int count = 2)
 {
-    return {{"a", "b"}, self};
+    Members all{{"a", "b", "c"}, self};
+    all.names.resize(static_cast<std::size_t>(count));
+    return all;
 }
 
 std::string tcp_address()  // a base port of this process's own, so that tests can run side by side
@@ -46,14 +51,19 @@ std::string tcp_address()  // a base port of this process's own, so that tests c
     return "tcp://127.0.0.1:" + std::to_string(20'000 + ::getpid() % 20'000);
 }
 
-Make ipc(std::filesystem::path const& directory)
+Make ipc(std::filesystem::path const& directory, int count = 2)
 {
-    return [=](int self) { return sluice::make_zmq_transport(members(self), {.directory = directory}); };
+    return [=](int self) { return sluice::make_zmq_transport(members(self, count), {.directory = directory}); };
 }
 
-Make tcp(std::string const& address)
+Make shm(std::filesystem::path const& directory, int count = 2)
 {
-    return [=](int self) { return sluice::make_zmq_transport(members(self), {.address = address}); };
+    return [=](int self) { return sluice::make_shm_transport(members(self, count), {.directory = directory}); };
+}
+
+Make tcp(std::string const& address, int count = 2)
+{
+    return [=](int self) { return sluice::make_zmq_transport(members(self, count), {.address = address}); };
 }
 
 //! Member 1 greets and leaves; member 0 must notice within 2 s.
@@ -93,12 +103,37 @@ TEST_CASE("zmq over tcp: conforms")
     CHECK(converse(tcp(tcp_address()), suite::all) == "");
 }
 
+TEST_CASE("shm: conforms, by shared memory alone")
+{
+    in_threads::Scratch scratch;
+    std::string kinds[2];
+    auto const side = [&](Transport& t, int self) {
+        suite::all(t, self);
+        kinds[self] = t.kind();
+    };
+    CHECK(converse(shm(scratch.path()), side) == "");
+    CHECK(kinds[0] == "shm");
+    CHECK(kinds[1] == "shm");
+}
+
+TEST_CASE("every transport but MPI: three members, all to all")
+{
+    in_threads::Scratch a, b;
+    sluice::LoopbackHub hub(3);
+    Side const side = [](Transport& t, int self) { suite::all_to_all(t, self, 3); };
+    CHECK(converse(ipc(a.path(), 3), side, 3) == "");
+    CHECK(converse(tcp(tcp_address(), 3), side, 3) == "");
+    CHECK(converse(shm(b.path(), 3), side, 3) == "");
+    CHECK(converse([&](int self) { return hub.connect(self); }, side, 3) == "");
+}
+
 TEST_CASE("every transport but MPI: a peer that leaves is noticed within 2 s")
 {
     in_threads::Scratch scratch;
     sluice::LoopbackHub hub(2);
     CHECK(converse(ipc(scratch.path()), leave) == "");
     CHECK(converse(tcp(tcp_address()), leave) == "");
+    CHECK(converse(shm(scratch.path()), leave) == "");
     CHECK(converse([&](int self) { return hub.connect(self); }, leave) == "");
 }
 

@@ -50,6 +50,7 @@ TEST_CASE("rehearsal: one direction is a pipeline, the sender runs ahead")
     CHECK(r.waits.empty());
     CHECK(r.units_per_window == 1);
     CHECK(r.unread == Names{"c"});
+    CHECK(r.leading == Names{"a"});
     CHECK(r.alone.empty());
 }
 
@@ -66,8 +67,36 @@ TEST_CASE("rehearsal: a circle of lag 0 is a deadlock, with who waits for what o
     auto const r = rehearse(scene(4, {{0, 1, 0}, {1, 0, 0}, {1, 2, 1}}));
     CHECK(r.waits == Names{"a waits in window 0 for frame 1 of kinematics from b",
                            "b waits in window 0 for frame 1 of kinematics from a",
-                           "c waits in window 1 for frame 1 of kinematics from b"});
+                           "c waits in window 1 for the plan of a", "d waits in window 1 for the plan of a"});
     CHECK(r.critical.empty());
+}
+
+TEST_CASE("rehearsal: an implicit group repeats a window, and nobody is left waiting")
+{
+    auto s = scene(3, {{0, 1, 0}, {1, 0, 1}, {1, 2, 1}});
+    s.implicit.emplace_back();
+    s.implicit.back().participants = {0, 1};
+    auto const r = rehearse(s);
+    CHECK(r.waits.empty());
+    CHECK(r.units_per_window == 2);
+    CHECK(r.critical == Names{"a", "b"});
+}
+
+TEST_CASE("rehearsal: in a group whose members all have a lag they compute at once")
+{
+    auto s = scene(2, {{0, 1, 1}, {1, 0, 1}});
+    s.implicit.emplace_back();
+    s.implicit.back().participants = {0, 1};
+    CHECK(rehearse(s).units_per_window == 1);
+    CHECK(rehearse(s).waits.empty());
+}
+
+TEST_CASE("rehearsal: a circle of lag 0 stays a deadlock in a group")
+{
+    auto s = scene(2, {{0, 1, 0}, {1, 0, 0}});
+    s.implicit.emplace_back();
+    s.implicit.back().participants = {0, 1};
+    CHECK(rehearse(s).waits.size() == 2);
 }
 
 TEST_CASE("rehearsal: one participant alone is no news")

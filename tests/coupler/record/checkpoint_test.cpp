@@ -28,10 +28,24 @@ TEST_CASE("checkpoint: what was written comes back, with the generation before n
     REQUIRE(found.manifest);
     CHECK(found.manifest->window == 20);
     CHECK(found.manifest->previous == 10);
+    CHECK(store.read_manifest(20) == *found.manifest);
     CHECK(found.manifest->ticks == 20'000);
     CHECK(found.manifest->scene == 0x1234'5678'9abc'def0);
     CHECK(trusted_window(store) == 20);
     CHECK(has(io_error([&] { store.read_part(*found.manifest, "water"); }), "has no part of \"water\""));
+}
+
+TEST_CASE("checkpoint: a state is written without a copy, and is the same file")
+{
+    Folder const folder;
+    CheckpointStore const store(folder.path(), 2);
+    store.prepare();
+    auto const bytes = part_of(10, "grains");
+    auto const by_bytes = store.write_part(10, "grains", bytes);
+    auto const text = read_file(store.part_file(10, "grains"));
+    auto const by_state = store.write_part(10, "grains", State::decode(bytes, "part"));
+    CHECK(by_state == by_bytes);
+    CHECK(read_file(store.part_file(10, "grains")) == text);
 }
 
 TEST_CASE("checkpoint: parts without a manifest do not count, and are removed once they are older")
@@ -100,13 +114,13 @@ TEST_CASE("checkpoint: a report that does not fit what is there is not committed
     std::filesystem::remove(store.part_file(20, "water:1"));
     CHECK(has(io_error([&] { store.commit(manifest); }), "water:1.part: cannot open: No such file or directory"));
     CHECK(trusted_window(store) == 10);
-    CHECK_THROWS_AS(store.write_part(20, "../escape", {}), Error);
-    CHECK_THROWS_AS(store.write_part(-1, "grains", {}), Error);
+    CHECK_THROWS_AS(store.write_part(20, "../escape", State()), Error);
+    CHECK_THROWS_AS(store.write_part(-1, "grains", State()), Error);
 }
 
 TEST_CASE("checkpoint: 10 000 cuts and flipped bits are all found, and the generation before is taken")
 {
-    Folder const folder;
+    Folder const folder(memory_folder());
     CheckpointStore const store(folder.path(), 2);
     store.prepare();
     write_checkpoint(store, 10, 3);

@@ -14,9 +14,9 @@ namespace sluice::test {
 class Folder
 {
  public:
-    Folder()
+    explicit Folder(std::filesystem::path const& parent = std::filesystem::temp_directory_path())
     {
-        std::string pattern = (std::filesystem::temp_directory_path() / "record_XXXXXX").string();
+        std::string pattern = (parent / "record_XXXXXX").string();
         path_ = ::mkdtemp(pattern.data());
     }
     Folder(Folder const&) = delete;
@@ -32,6 +32,12 @@ class Folder
  private:
     std::filesystem::path path_;
 };
+
+//! Where files are in memory, for tests that write thousands: others keep a disk busy. Else the usual place.
+inline std::filesystem::path memory_folder()
+{
+    return ::access("/dev/shm", W_OK) == 0 ? std::filesystem::path("/dev/shm") : std::filesystem::temp_directory_path();
+}
 
 //! A file system of one megabyte, mounted on a fresh folder; needs root.
 class SmallDisk

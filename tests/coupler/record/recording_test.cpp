@@ -112,7 +112,7 @@ TEST_CASE("recording: an interval bounds what a killed process loses")
 
 TEST_CASE("recording: cut anywhere, it gives every whole record and says that it is cut")
 {
-    Folder const folder;
+    Folder const folder(memory_folder());
     auto const whole = small_recording(folder / "run.rec");
     std::size_t const head = 64 + canonical.size();
     std::vector<std::size_t> ends{head};  // of the records
@@ -133,7 +133,7 @@ TEST_CASE("recording: cut anywhere, it gives every whole record and says that it
 
 TEST_CASE("recording: every flipped bit is found, with the record's number, those before it are whole")
 {
-    Folder const folder;
+    Folder const folder(memory_folder());
     auto const whole = small_recording(folder / "run.rec");
     std::size_t const head = 64 + canonical.size();
     std::mt19937_64 random(5);

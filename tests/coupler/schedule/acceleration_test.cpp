@@ -271,6 +271,14 @@ TEST_CASE("acceleration: summaries that do not belong together are refused")
             changed[1][field] = bad;
             refused(changed);
         }
+    Summaries histories;  // of the same iteration
+    for (int b = 0; b < 2; ++b) {
+        AccelerationBlock block = block_of(config, b);
+        if (b == 1) make_history(block, {1}, {{1, 2}, {3}}, {{4, 4}, {4}});
+        block.begin_window(Ids{1});
+        histories.push_back(block.summary({{0, 0}, {0}}, {{1, 0}, {1}}));
+    }
+    refused(histories);
     AccelerationConfig other = config;
     other.method = Method::aitken;
     check_error(Exit::protocol, "another method", [&] { sluice::judge(other, good); });
@@ -304,6 +312,45 @@ TEST_CASE("acceleration: a restored block goes on as if nothing had been")
     }
 }
 
+TEST_CASE("acceleration: members in different iterations are found out without differences, too")
+{
+    AccelerationConfig const config = two_columns(Method::constant);
+    Summaries summaries;
+    for (int b = 0; b < 2; ++b) {
+        AccelerationBlock block = block_of(config, b);
+        block.begin_window(Ids{1});
+        for (int k = 0; k <= b; ++k) summaries.push_back(block.summary({{0, 0}, {0}}, {{1, 0}, {1}}));
+    }
+    CHECK_NOTHROW(sluice::judge(config, Summaries{summaries[0], summaries[1]}));
+    check_error(Exit::protocol, "block 1 in iteration 1", [&] {
+        sluice::judge(config, Summaries{summaries[0], summaries[2]});
+    });
+}
+
+TEST_CASE("acceleration: Aitken starts anew where its factor would be 0")
+{
+    AccelerationConfig const config{.method = Method::aitken, .columns = {{.name = "load.force"}}};
+    AccelerationBlock block(config, 0, {{.joint = 0, .components = 2}});
+    Columns next;
+    block.begin_window(Ids{1});
+    block.next(Summaries{block.summary({{0, 0}}, {{1, 0}})}, next);
+    // the residual goes from (1, 0) to (1, 1): the change has nothing of the old one in it
+    AccelerationStep const step = block.next(Summaries{block.summary({{0, 0}}, {{1, 1}})}, next);
+    CHECK(step.relaxation == config.relaxation);
+}
+
+TEST_CASE("acceleration: what is below a column's floor has no say in the coefficients")
+{
+    AccelerationConfig config = two_columns();
+    config.columns[1].floor = 1e-9;
+    AccelerationBlock block = block_of(config);
+    make_history(block, {1}, {{0, 0}, {0}}, {{1, 1}, {1e-15}});
+    block.begin_window(Ids{1});
+    Columns next;
+    AccelerationStep const step = block.next(Summaries{block.summary({{0, 0}, {0}}, {{3, 1}, {-5e-15}})}, next);
+    CHECK(step.coefficients[0] == doctest::Approx(-2).epsilon(1e-10));  // -(3 + 1) / (1 + 1)
+}
+
 TEST_CASE("acceleration: a saved state that is damaged or another edge's is refused")
 {
     AccelerationConfig const config = two_columns();
@@ -315,6 +362,10 @@ TEST_CASE("acceleration: a saved state that is damaged or another edge's is refu
         check_error(Exit::io, "does not fit", [&] { by.restore(state); });
     };
     refused(other, good);
+    AccelerationConfig const pair{.columns = {{.name = "a.x"}, {.name = "a.y"}}};
+    AccelerationBlock xy(pair, 0, {{.joint = 0, .components = 1}, {.joint = 1, .components = 1}});
+    AccelerationBlock yx(pair, 0, {{.joint = 1, .components = 1}, {.joint = 0, .components = 1}});
+    refused(yx, xy.save());
     for (std::size_t length = 0; length < good.numbers.size(); ++length) {
         sluice::AccelerationState cut = good;
         cut.numbers.resize(length);

@@ -10,6 +10,7 @@
 
 #include "coupler/base/error.hpp"
 #include "coupler/transport/buffer.hpp"
+#include "coupler/transport/transport.hpp"
 
 using namespace sluice;
 

@@ -1,0 +1,78 @@
+//! Writes the seeds whose form is ours: `fuzz_seeds DIRECTORY` makes DIRECTORY/state/valid-mixed and so on. To be run
+//! again, over tests/fuzz/corpus, when a format changes.
+#include <vector>
+
+#include "coupler/base/state.hpp"
+#include "coupler/record/atomic_file.hpp"
+#include "coupler/record/manifest.hpp"
+#include "coupler/record/recording.hpp"
+#include "tests/fuzz/frames.hpp"
+
+using namespace sluice;
+
+namespace {
+
+void write_states(std::filesystem::path const& folder)
+{
+    State state;
+    write_atomically(folder / "valid-empty", state.encode());
+    state.put("position", std::vector<double>{1, 2, 3});
+    state.put("id", std::vector<std::int64_t>{4});
+    state.put("empty", std::vector<double>{});
+    state.put_text("solver/note", "text");
+    auto const encoded = state.encode();
+    write_atomically(folder / "valid-mixed", encoded);
+    write_atomically(folder / "invalid-cut", std::span(encoded).first(encoded.size() - 64));
+}
+
+void write_manifests(std::filesystem::path const& folder)
+{
+    Manifest manifest{
+        .version = "0.1.0", .scene = 1, .window = 0, .ticks = 0, .tick = 1, .previous = {}, .members = {}};
+    manifest.members = {{"a", 0, {}}};
+    write_atomically(folder / "valid-small", manifest.text());
+    manifest = {
+        .version = "0.1.0", .scene = ~0ull, .window = 40, .ticks = -7, .tick = 1e-5, .previous = 30, .members = {}};
+    manifest.members = {{"grains", 1'000'000, {1, 2}}, {"water:0", 64, {3, 4}}, {"water:10", 7, {5, 6}}};
+    write_atomically(folder / "valid-ranks", manifest.text());
+    write_atomically(folder / "invalid-cut", manifest.text().substr(0, 300));
+}
+
+void write_recordings(std::filesystem::path const& folder)
+{
+    std::vector<std::byte> const message(20, std::byte{7});
+    Recording recording(folder / "valid-two", 1, "time.end = 1\n");
+    recording.append(0, 0, message);
+    recording.append(1, -1, {});
+    recording.close();
+    auto const whole = read_file(folder / "valid-two");
+    write_atomically(folder / "invalid-cut", whole.substr(0, whole.size() - 30));
+}
+
+void write_frames(std::filesystem::path const& folder)
+{
+    FrameEncoder encoder(fuzz::load, fuzz::dimension, 0);
+    auto write = [&](char const* name, fuzz::Sample const& frame) {
+        write_atomically(folder / name, fuzz::encoded(encoder, frame).bytes);
+    };
+    write("valid-whole", {});
+    write("valid-one-column", {.index = 1, .torque = {9, 6}});
+    fuzz::Sample const shorter_frame{.index = 2, .ids = {3}, .force = {1, 2}, .torque = {5}};
+    auto const message = fuzz::encoded(encoder, shorter_frame);
+    auto const shorter = message.bytes;
+    write_atomically(folder / "valid-fewer-points", shorter);
+    write_atomically(folder / "invalid-cut", shorter.first(shorter.size() - 4));
+    write_atomically(folder / "text", encode_text({.kind = MessageKind::abort, .session = 1, .frame = 2}, "why"));
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    if (argc != 2) return 2;
+    std::filesystem::path const corpus(argv[1]);
+    write_states(corpus / "state");
+    write_manifests(corpus / "manifest");
+    write_recordings(corpus / "recording");
+    write_frames(corpus / "frame");
+}
