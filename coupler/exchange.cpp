@@ -214,9 +214,9 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
 {
     auto const ticks = frame == 0 ? 0 : plan_.begin + plan_.length;
     Samples::Source const* back = nullptr;  // tells from which process of the receiver a point came
-    if (channel.position < 0 && channel.targets.size() > 1)
+    if (channel.position < 0 && channel.targets.size() > 1 && !channel.spec.meshless)
         for (auto const& source : in)
-            if (source.edge.from == channel.edge.to && !source.history.empty()) back = &source;
+            if (source.edge.from == channel.edge.to && !source.spec.meshless && !source.history.empty()) back = &source;
     bool const counted = channel.account && channel.targets.size() > 1;  // else what is written is sent, untouched
     std::vector<int> went(counted ? ids.size() : 0);                     // to how many processes each point went
     for (std::size_t t = 0; t < channel.targets.size(); ++t) {

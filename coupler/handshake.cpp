@@ -104,7 +104,7 @@ std::unique_ptr<Transport> open_transport(Scene const& scene, std::vector<Member
     if (scene.port > 0)
         for (auto const& member : who)
             network.hosts.push_back(scene.participants[static_cast<std::size_t>(member.participant)].host);
-    else if (scene.address.empty())
+    else
         network.directory = socket_directory(directory);
     if (kind == TransportKind::zmq) return make_zmq_transport(members, network);
     return make_shm_transport(members, network);
@@ -177,6 +177,19 @@ bool Participant::Session::is_preparing(int member) const
     return page && page->phase == Phase::preparing && page->pid > 0 && ::kill(page->pid, 0) == 0;
 }
 
+//! Who has not come, with what is known about why, and the commands that start them.
+std::pair<std::string, std::string> Participant::Session::absent(std::vector<int> const& who) const
+{
+    std::string list, commands;
+    for (int m : who) {
+        auto const trouble = transport->trouble(m);
+        list +=
+            (list.empty() ? "\"" : ", \"") + name_of_member(m) + "\"" + (trouble.empty() ? "" : " (" + trouble + ")");
+        commands += "\n    " + command_of(m);
+    }
+    return {list, commands};
+}
+
 void Participant::Session::meet_all()
 {
     std::vector<char> greeted(greetings.size());
@@ -185,7 +198,7 @@ void Participant::Session::meet_all()
     auto next_word = start + seconds(5);
     auto next_look = start;
     for (;;) {
-        std::string missing, commands;
+        std::vector<int> missing;
         bool preparing = false;
         bool const look = transport->now() >= next_look;  // at others' pages: files
         for (int m = 0; m < static_cast<int>(greetings.size()); ++m) {
@@ -194,10 +207,7 @@ void Participant::Session::meet_all()
                 greeted[at] = greetings[at].arrived = false;  // it may be started again
             if (!greeted[at]) greeted[at] = greet(m);
             if (greeted[at] && greetings[at].arrived) continue;
-            auto const trouble = transport->trouble(m);
-            missing += (missing.empty() ? "\"" : ", \"") + name_of_member(m) + "\"" +
-                       (trouble.empty() ? "" : " (" + trouble + ")");
-            commands += "\n    " + command_of(m);
+            missing.push_back(m);
             preparing = preparing || (look && m != self && is_preparing(m));
         }
         if (missing.empty()) return;
@@ -205,12 +215,14 @@ void Participant::Session::meet_all()
         if (look) next_look = now + milliseconds(100);
         if (preparing) start = now;
         require(now - start < in_milliseconds(scene.connect_timeout), [&] {
+            auto const [who, commands] = absent(missing);
             return Error(fmt::format("participant \"{}\": {} did not come within {} s. Start with:{}",
-                                     name_of_member(self), missing, scene.connect_timeout, commands),
+                                     name_of_member(self), who, scene.connect_timeout, commands),
                          Exit::timeout);
         });
         if (now > next_word) {
-            std::fprintf(stderr, "%s: waiting for %s; start with:%s\n", name_of_member(self).c_str(), missing.c_str(),
+            auto const [who, commands] = absent(missing);
+            std::fprintf(stderr, "%s: waiting for %s; start with:%s\n", name_of_member(self).c_str(), who.c_str(),
                          commands.c_str());
             next_word += seconds(5);
         }

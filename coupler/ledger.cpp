@@ -100,9 +100,10 @@ std::string Account::violation(double tolerance) const
         if (std::abs(b.came - b.taken) <= tolerance * b.moved + under_way) continue;
         return sender_ ? fmt::format("{}: {} does not close: {:.6g} were written, {:.6g} sent or left outside.", name_,
                                      labels_[k], b.came, b.taken)
-                       : fmt::format("{}: {} does not close: {:.6g} times seconds came in {} windows, {:.6g} were taken. "
-                                     "Does the solver read all of it?",
-                                     name_, labels_[k], b.came, windows_, b.taken);
+                       : fmt::format(
+                             "{}: {} does not close: {:.6g} times seconds came in {} windows, {:.6g} were taken. "
+                             "Does the solver read all of it?",
+                             name_, labels_[k], b.came, windows_, b.taken);
     }
     return {};
 }
@@ -111,7 +112,8 @@ nlohmann::ordered_json Account::summary() const
 {
     nlohmann::ordered_json rows = nlohmann::ordered_json::object();
     for (std::size_t k = 0; k < books_.size(); ++k) {
-        rows[labels_[k]] = {{sender_ ? "written" : "came", books_[k].came}, {sender_ ? "sent" : "taken", books_[k].taken}};
+        rows[labels_[k]] = {{sender_ ? "written" : "came", books_[k].came},
+                            {sender_ ? "sent" : "taken", books_[k].taken}};
         if (sender_) rows[labels_[k]]["outside"] = books_[k].outside;
     }
     return {{"edge", name_}, {"windows", windows_}, {"books", rows}};

@@ -43,10 +43,10 @@ class Account
  private:
     struct Book
     {
-        double came = 0, taken = 0;      //!< so far: times seconds for the receiver, plain sums for the sender
-        double moved = 0, largest = 0;   //!< sum and largest of |came|
-        double frame = 0, samples = 0;   //!< of this window
-        double outside = 0;              //!< sender: not sent, nobody covers the place
+        double came = 0, taken = 0;     //!< so far: times seconds for the receiver, plain sums for the sender
+        double moved = 0, largest = 0;  //!< sum and largest of |came|
+        double frame = 0, samples = 0;  //!< of this window
+        double outside = 0;             //!< sender: not sent, nobody covers the place
     };
 
     std::string name_;

@@ -398,7 +398,10 @@ int run(int argc, char** argv, std::function<void(Participant&)> const& solve)
     if (std::getenv(parent_death)) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     try {
         Participant self(std::move(options));
-        return solve_and_finish(self, solve);
+        int const exit = solve_and_finish(self, solve);
+        // mpirun ends the others when one ends with another code than 0; the launcher reads this one on the page
+        bool const stopped = exit == static_cast<int>(Exit::stopped) || exit == static_cast<int>(Exit::interrupted);
+        return stopped && std::getenv(parent_death) && std::getenv("OMPI_COMM_WORLD_SIZE") ? 0 : exit;
     } catch (Error const& e) {  // the scene itself cannot be read
         std::fprintf(stderr, "%s\n", e.what());
         return static_cast<int>(e.exit());

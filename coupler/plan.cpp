@@ -2,11 +2,9 @@
 // process which paces the run leads.
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 #include "coupler/session.hpp"
 
@@ -15,20 +13,6 @@ namespace {
 
 constexpr std::uint32_t last_bit = 1, checkpoint_bit = 2, stop_bit = 4;
 constexpr double longest_run = 1e11;  // windows: ticks are 64-bit
-
-//! What must be equal for a run to go on from another one's checkpoint: all that the scene says but when it ends, what
-//! is recorded and how long is waited.
-std::uint64_t physics_hash(Scene const& scene)
-{
-    std::istringstream lines(scene.canonical);
-    std::string kept;
-    for (std::string line; std::getline(lines, line);) {
-        bool const aside = line.starts_with("time.end") || line.starts_with("checkpoint.") ||
-                           line.starts_with("timeouts.") || line.starts_with("on-death");
-        if (!aside) kept += line + "\n";
-    }
-    return XXH3_64bits(kept.data(), kept.size());
-}
 
 bool has(std::int32_t bits, Request request)
 {
@@ -242,7 +226,11 @@ void Participant::Session::finish_checkpoint()
 void Participant::Session::find_checkpoint()
 {
     store_ = std::make_unique<CheckpointStore>(options.directory, scene.checkpoint.keep);
-    if (!options.resume) return;
+    if (save) store_->prepare();
+    if (!options.resume) {
+        if (paces()) store_->discard_after(-1);  // of an earlier run: nobody shall go on from there
+        return;
+    }
     require(static_cast<bool>(restore), [&] {
         return Error("participant \"" + name_of_member(self) +
                          "\" cannot be resumed: its solver does not keep its state. Start the run anew.",
@@ -263,6 +251,7 @@ void Participant::Session::find_checkpoint()
     resumed_ = State::decode(store_->read_part(*found.manifest, name_of_member(self)), file);
     mine().resumes = found.manifest->window;
     status->checkpoint = found.manifest->window;
+    if (paces()) store_->discard_after(found.manifest->window);  // before anybody can write a part of a newer one
 }
 
 //! After everybody was met: the channels and the solver as they were at the checkpoint.
@@ -308,7 +297,6 @@ void Participant::Session::resume()
     }
     restore(state.take("solver"));
     if (group) resumed_group_ = std::move(state);
-    if (paces()) store_->discard_after(window);
 }
 
 void Participant::Session::require_pace(char const* what) const

@@ -214,9 +214,11 @@ void Participant::Session::end_computing()
     require_written(frame);
     schedule->computed();
     computing = false;
-    if (!group) close_accounts();
-    if (!group) begin_ = plan_.begin + plan_.length;
-    status->window = group ? frame - 1 : frame;
+    if (group) return;
+    close_accounts();
+    begin_ = plan_.begin + plan_.length;
+    status->window = frame;
+    status->time = pace.scale.seconds(begin_);
 }
 
 void Participant::Session::open_window(Window& window, Action const& action)

@@ -131,6 +131,7 @@ struct Participant::Session
 
     bool greet(int member);  //!< false: no connection yet
     void meet_all();
+    std::pair<std::string, std::string> absent(std::vector<int> const& who) const;
     void handle_greeting(int member, std::string const& text);
     bool is_preparing(int member) const;
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "coupler/base/error.hpp"
+#include "coupler/cli/summary.hpp"
 #include "coupler/record/archive.hpp"
 #include "coupler/record/atomic_file.hpp"
 #include "coupler/record/collection.hpp"
@@ -15,48 +16,17 @@ namespace {
 using Json = nlohmann::ordered_json;
 using std::filesystem::path;
 
-Json summarise(Scene const& scene, path const& directory, RunEnding const& ending)
-{
-    Json participants = Json::array();
-    std::int64_t windows = 0;
-    double window_seconds = 0;
-    for (auto const& spec : scene.participants) {
-        auto const file = directory / ".sluice" / (spec.name + ".json");
-        if (!std::filesystem::exists(file)) {
-            participants.push_back({{"name", spec.name}, {"solver", spec.solver}, {"exit", nullptr}});
-            continue;
-        }
-        auto const part = Json::parse(read_file(file), nullptr, false);
-        if (!part.is_object()) continue;
-        windows = std::max(windows, part.value("windows", std::int64_t{0}));
-        window_seconds = part.value("window_seconds", window_seconds);
-        participants.push_back(part);
-    }
-    return {{"title", scene.title},
-            {"scene", scene.file.filename().string()},
-            {"dimension", scene.dimension},
-            {"gravity", std::vector<double>(scene.gravity.begin(), scene.gravity.begin() + scene.dimension)},
-            {"windows", windows},
-            {"window_seconds", window_seconds},
-            {"end_time", static_cast<double>(windows) * window_seconds},
-            {"wall_seconds", ending.wall_seconds},
-            {"exit", ending.exit},
-            {"message", ending.message},
-            {"version", SLUICE_VERSION},
-            {"scene_hash", fmt::format("{:016x}", scene.hash)},
-            {"transport", scene.participants.size() < 2           ? "none"
-                          : scene.transport == TransportKind::mpi ? "mpi"
-                                                                  : "zmq"},
-            {"participants", participants}};
-}
-
-//! The files of all participants that exist, by ending: "grains.csv", ...
-std::vector<std::pair<std::string, path>> parts(Scene const& scene, path const& directory, char const* ending)
+//! The files that exist of all participants and of their processes, by ending: "grains.csv", "water:1.csv", ...
+std::vector<std::pair<std::string, path>> files_of(Scene const& scene, path const& directory, char const* ending)
 {
     std::vector<std::pair<std::string, path>> found;
     for (auto const& spec : scene.participants)
         if (auto const file = directory / (spec.name + ending); std::filesystem::exists(file))
             found.emplace_back(spec.name, file);
+    for (auto const& member : members_of_crew(scene))
+        if (auto const file = directory / (member.name + ending);
+            member.name.find(':') != member.name.npos && std::filesystem::exists(file))
+            found.emplace_back(member.name, file);
     return found;
 }
 
@@ -69,22 +39,22 @@ std::vector<path> paths_of(std::vector<std::pair<std::string, path>> const& name
 
 }  // namespace
 
-Json collect(Scene const& scene, path const& directory, RunEnding const& ending)
+Json collect(Scene const& scene, path const& directory, RunEnding const& ending, std::vector<double> const& parts)
 {
-    auto const summary = summarise(scene, directory, ending);
+    auto const summary = summarise(scene, directory, ending, parts);
     write_atomically(directory / "summary.json", summary.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
     std::vector<TablePart> tables;
-    for (auto const& [name, file] : parts(scene, directory, ".csv"))
+    for (auto const& [name, file] : files_of(scene, directory, ".csv"))
         if (name != "series") tables.push_back({name, file});
     if (!tables.empty()) merge_tables(tables, directory / "series.csv");
-    if (auto const series = paths_of(parts(scene, directory, ".pvd")); !series.empty())
+    if (auto const series = paths_of(files_of(scene, directory, ".pvd")); !series.empty())
         merge_collections(series, directory / (scene.file.stem().string() + ".pvd"));
     std::vector<ArchiveLink> links;
-    for (auto const& [name, file] : parts(scene, directory, ".h5")) links.push_back({name, file.filename()});
+    for (auto const& [name, file] : files_of(scene, directory, ".h5")) links.push_back({name, file.filename()});
     if (!links.empty()) link_archives(directory / "archive.h5", links);
     std::vector<path> traces;
-    for (auto const& spec : scene.participants)
-        if (auto const file = directory / ".sluice" / (spec.name + ".trace.json"); std::filesystem::exists(file))
+    for (auto const& member : members_of_crew(scene))
+        if (auto const file = directory / ".sluice" / (member.name + ".trace.json"); std::filesystem::exists(file))
             traces.push_back(file);
     if (!traces.empty()) merge_traces(traces, directory / "trace.json");
     return summary;

@@ -10,8 +10,10 @@
 namespace sluice {
 
 //! Puts together what the participants left in a run's directory: summary.json, series.csv, one .pvd for all,
-//! archive.h5 (links), trace.json. What a participant did not write is left out. Returns the summary.
-nlohmann::ordered_json collect(Scene const& scene, std::filesystem::path const& directory, RunEnding const& ending);
+//! archive.h5 (links), trace.json (of the last part of a resumed run). What a participant did not write is left out.
+//! `parts`: see summarise(). Returns the summary.
+nlohmann::ordered_json collect(Scene const& scene, std::filesystem::path const& directory, RunEnding const& ending,
+                               std::vector<double> const& parts);
 
 //! The end-of-run table: compute / wait / exchange seconds and shares per participant.
 std::string time_table(nlohmann::ordered_json const& summary);

@@ -27,6 +27,7 @@ struct Options
 
 //! The commands: each returns the exit code, or throws Error. Those that print JSON print one value and a line end.
 int run_command(Options options);
+int resume_command(Options options);
 int check_command(Options const& options);
 int graph_command(Options const& options);
 int schema_command(Options const& options);

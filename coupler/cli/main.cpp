@@ -33,6 +33,18 @@ void add_run(CLI::App& app, Options& o, Actions& actions)
     actions.emplace_back(run, [&o] { return run_command(o); });
 }
 
+void add_resume(CLI::App& app, Options& o, Actions& actions)
+{
+    auto* const resume = app.add_subcommand("resume", "go on with a stopped run from its newest complete checkpoint");
+    resume->add_option("RUN", o.directory, "directory of the run")->required();
+    resume->add_option("--set", o.choice.overrides, "path=value: time.end, checkpoint, timeouts or on-death may change")
+        ->allow_extra_args(false);
+    resume->add_flag("--quiet", o.quiet, "say nothing but errors");
+    resume->add_flag("!--no-report", o.report, "make no report.html");
+    resume->add_flag("--json", o.json, "print summary.json at the end");
+    actions.emplace_back(resume, [&o] { return resume_command(o); });
+}
+
 void add_before_run(CLI::App& app, Options& o, Actions& actions)
 {
     auto* const check = app.add_subcommand("check", "find every mistake of a scene without running it");
@@ -135,6 +147,7 @@ int main(int argc, char** argv)
     app.require_subcommand(1);
     app.set_version_flag("--version", SLUICE_VERSION);
     add_run(app, o, actions);
+    add_resume(app, o, actions);
     add_before_run(app, o, actions);
     add_schema(app, o, actions);
     add_keygen(app, o, actions);

@@ -20,12 +20,12 @@ namespace sluice {
 namespace {
 
 //! Runs in the child between fork and exec: async-signal-safe calls only. Reports errno through the pipe.
-[[noreturn]] void become(char* const* argv, char const* log, pid_t parent, int report)
+[[noreturn]] void become(char* const* argv, char const* log, int flags, pid_t parent, int report)
 {
     ::setpgid(0, 0);
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(127);  // the parent ended before the line above
-    int const file = ::open(log, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    int const file = ::open(log, O_WRONLY | O_CREAT | flags, 0644);
     int const null = ::open("/dev/null", O_RDONLY);
     if (file >= 0 && null >= 0) {
         ::dup2(null, 0);
@@ -41,7 +41,7 @@ namespace {
 }  // namespace
 
 Process::Process(std::vector<std::string> const& words, std::filesystem::path const& log,
-                 std::vector<std::pair<std::string, std::string>> const& environment)
+                 std::vector<std::pair<std::string, std::string>> const& environment, Log mode)
 {
     for (auto const& [name, value] : environment) ::setenv(name.c_str(), value.c_str(), 1);
     std::vector<std::string> copy = words;
@@ -52,7 +52,7 @@ Process::Process(std::vector<std::string> const& words, std::filesystem::path co
     require(::pipe2(report, O_CLOEXEC) == 0, [] { return Error(std::strerror(errno), Exit::io); });
     pid_t const parent = ::getpid();
     pid_ = ::fork();
-    if (pid_ == 0) become(argv.data(), log.c_str(), parent, report[1]);
+    if (pid_ == 0) become(argv.data(), log.c_str(), mode == Log::append ? O_APPEND : O_TRUNC, parent, report[1]);
     ::close(report[1]);
     int error = pid_ < 0 ? errno : 0;
     if (pid_ > 0 && ::read(report[0], &error, sizeof error) == sizeof error) ::waitpid(pid_, nullptr, 0);

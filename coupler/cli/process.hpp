@@ -17,6 +17,13 @@ struct Ending
     bool well() const { return code == 0 && signal == 0; }
 };
 
+//! What happens to a log that is there: a process that is started again goes on with it.
+enum class Log
+{
+    replace,
+    append
+};
+
 //! A child process that does not outlive this one: it is killed when this process ends, however that happens.
 class Process
 {
@@ -24,7 +31,7 @@ class Process
     //! Starts argv[0] (looked up on PATH if it has no slash) with output and errors going to `log`.
     //! Throws Error (exit 7) if it cannot be started.
     Process(std::vector<std::string> const& argv, std::filesystem::path const& log,
-            std::vector<std::pair<std::string, std::string>> const& environment = {});
+            std::vector<std::pair<std::string, std::string>> const& environment = {}, Log mode = Log::replace);
     Process(Process&& other) noexcept;
     Process& operator=(Process&&) = delete;
     ~Process();  //!< kills and reaps

@@ -20,7 +20,9 @@ std::string duration(double seconds)
 
 }  // namespace
 
-Progress::Progress(Scene const& scene, bool quiet) : scene_(scene), quiet_(quiet), terminal_(::isatty(2) != 0) {}
+Progress::Progress(std::vector<std::string> names, bool quiet)
+    : names_(std::move(names)), quiet_(quiet), terminal_(::isatty(2) != 0)
+{}
 
 std::string Progress::line(std::vector<MappedStatus> const& pages)
 {
@@ -30,8 +32,8 @@ std::string Progress::line(std::vector<MappedStatus> const& pages)
         if (!pages[p]) return "starting";
         Phase const phase = pages[p]->phase;
         std::string const note(pages[p]->note, strnlen(pages[p]->note, sizeof pages[p]->note));
-        if (phase == Phase::preparing) return scene_.participants[p].name + ": " + (note.empty() ? "preparing" : note);
-        if (phase == Phase::connecting) return scene_.participants[p].name + ": waiting for the others";
+        if (phase == Phase::preparing) return names_[p] + ": " + (note.empty() ? "preparing" : note);
+        if (phase == Phase::connecting) return names_[p] + ": waiting for the others";
         if (window < 0 || pages[p]->window < window) {
             window = pages[p]->window;
             windows = pages[p]->windows;
@@ -52,7 +54,7 @@ std::string Progress::line(std::vector<MappedStatus> const& pages)
     for (std::size_t p = 0; p < pages.size(); ++p) {
         double const busy = static_cast<double>(pages[p]->compute_ns);
         double const all = busy + static_cast<double>(pages[p]->wait_ns) + static_cast<double>(pages[p]->exchange_ns);
-        if (all > 0) text += fmt::format("  {} {:.0f} % busy", scene_.participants[p].name, 100 * busy / all);
+        if (all > 0) text += fmt::format("  {} {:.0f} % busy", names_[p], 100 * busy / all);
     }
     return text;
 }

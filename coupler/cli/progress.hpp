@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "coupler/base/status_page.hpp"
-#include "coupler/scene/scene.hpp"
 
 namespace sluice {
 
@@ -13,14 +12,14 @@ namespace sluice {
 class Progress
 {
  public:
-    Progress(Scene const& scene, bool quiet);
+    Progress(std::vector<std::string> names, bool quiet);  //!< of the processes, in the order of their pages
     void show(std::vector<MappedStatus> const& pages);
     void clear();  //!< leaves the terminal's line free for a message
 
  private:
     std::string line(std::vector<MappedStatus> const& pages);
 
-    Scene const& scene_;
+    std::vector<std::string> names_;
     bool quiet_;
     bool terminal_;
     bool drawn_ = false;

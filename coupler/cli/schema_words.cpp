@@ -60,7 +60,8 @@ std::vector<std::pair<std::string, std::string>> const& meanings()
         {"checkpoint.interval", "Wall time between two [s]; 0: none by time."},
         {"checkpoint.windows", "Every so many windows; 0: none by count."},
         {"checkpoint.keep", "How many are kept."},
-        {"on-death", "What happens when a participant dies: stop, or restart all from the newest checkpoint."},
+        {"on-death",
+         "What happens when a participant dies: stop, or restart it and set the others back to the newest checkpoint."},
         {"ledger", "The account of what is sent and what arrives."},
         {"ledger.tolerance", "Relative difference that is a violation."},
         {"ledger.on-violation", "What happens then."},
@@ -71,6 +72,7 @@ std::vector<std::pair<std::string, std::string>> const& meanings()
         {"timeouts", "How long participants wait for each other."},
         {"timeouts.connect", "For everybody to come [s]."},
         {"timeouts.silence", "For a sign of life of a partner's process [s]."},
+        {"timeouts.window", "For one window [s], then the run ends; 0: for ever, with a warning after 10 x the usual."},
     };
     return all;
 }
@@ -124,13 +126,14 @@ Json local_tcp()
             {"then", {{"properties", {{"transport", {{"enum", {"auto", "zmq"}}}}}}}}};
 }
 
-//! Nothing to restart from.
+//! Nothing to restart from, or nothing that survives.
 Json restart()
 {
     Json const never = {{"required", {"interval"}},
                         {"properties", {{"interval", {{"const", 0}}}, {"windows", {{"const", 0}}}}}};
-    return {{"if", {{"required", {"on-death"}}, {"properties", {{"on-death", {{"const", "restart"}}}}}}},
-            {"then", {{"properties", {{"checkpoint", {{"not", never}}}}}}}};
+    return {
+        {"if", {{"required", {"on-death"}}, {"properties", {{"on-death", {{"const", "restart"}}}}}}},
+        {"then", {{"properties", {{"checkpoint", {{"not", never}}}, {"transport", {{"not", {{"const", "mpi"}}}}}}}}}};
 }
 
 }  // namespace

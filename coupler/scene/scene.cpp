@@ -175,6 +175,10 @@ void read_checkpoint(Reader& root, Scene& scene)
     scene.restart_on_death = root.choice_or("on-death", 0, {"stop", "restart"}) == 1;
     if (scene.restart_on_death && scene.checkpoint.interval == 0 && scene.checkpoint.windows == 0)
         root.problem("on-death", "restart without checkpoints (needs checkpoint.interval or checkpoint.windows > 0).");
+    if (scene.restart_on_death && scene.transport == TransportKind::mpi)
+        root.problem("on-death",
+                     "restart contradicts transport: mpi (mpirun ends the whole job when one process dies). Take zmq, "
+                     "shm or auto.");
 }
 
 void read_rest(Reader& root, Scene& scene)
@@ -193,6 +197,7 @@ void read_rest(Reader& root, Scene& scene)
     auto timeouts = root.child_or_empty("timeouts");
     scene.connect_timeout = timeouts.number_or("connect", 60.0, {.above = 0.0, .max = 1e6, .unit = "s"});
     scene.silence_timeout = timeouts.number_or("silence", 10.0, {.min = 0.5, .max = 1e6, .unit = "s"});
+    scene.window_timeout = timeouts.number_or("window", 0.0, {.min = 0.0, .max = 1e9, .unit = "s"});
     timeouts.finish();
 }
 

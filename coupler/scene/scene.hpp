@@ -125,6 +125,7 @@ struct Scene
     int coarsen = 1;              //!< lattice arrays are written averaged over this many cells each way
     double connect_timeout = 60;  //!< s
     double silence_timeout = 10;  //!< s without a sign of life from a peer's process
+    double window_timeout = 0;    //!< s of wall time that one window may take; 0: any
     std::string canonical;        //!< `path = value` lines of all of the above, compared at handshake
     std::uint64_t hash = 0;       //!< XXH3 of `canonical`
     std::vector<std::string> overrides;
@@ -141,6 +142,10 @@ struct LoadedScene
     std::shared_ptr<Diagnostics> diagnostics;
     std::vector<Reader> configs;  //!< one per participant, outermost: `finish()` throws everything found so far
 };
+
+//! What must be equal for a run to go on from another one's checkpoint: all that the scene says but when the run ends,
+//! when checkpoints are taken, how long is waited and what happens when a participant dies.
+std::uint64_t physics_hash(Scene const& scene);
 
 //! Letters, digits, _ and -, at most 64: what may name a participant, and so its files.
 bool is_identifier(std::string const& name);

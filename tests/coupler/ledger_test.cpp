@@ -59,7 +59,8 @@ Ran run(std::string const& edge, in_threads::Solve const& take, std::string cons
 
 TEST_CASE("ledger: closes for every way to see an edge, up to what is under way")
 {
-    for (auto const edge : {"lag: 0", "lag: 0, sample: hold", "lag: 1", "lag: 1, predict: linear", "lag: 1, predict: quadratic"})
+    for (auto const edge :
+         {"lag: 0", "lag: 0, sample: hold", "lag: 1", "lag: 1, predict: linear", "lag: 1, predict: quadratic"})
         for (int const samples : {1, 3}) {
             CAPTURE(edge);
             auto const ran = run(edge, taker(samples, 1000));

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
+#include <new>
 #include <string>
 #include <thread>
 #include <vector>
@@ -22,7 +23,9 @@ struct Fault
     std::int64_t window = -1;
     std::size_t kind = 0;  //!< index into `kinds`
     double nap = 0;        //!< s slept in every window
-    static constexpr const char* kinds[] = {"none", "crash", "exit", "throw", "nan", "leave", "vanish"};
+    bool again = false;    //!< also in a process that goes on from a checkpoint
+    static constexpr const char* kinds[] = {"none",  "crash",  "exit", "throw", "nan",
+                                            "leave", "vanish", "hang", "memory"};
 
     static Fault read(sluice::Reader& r)
     {
@@ -30,9 +33,11 @@ struct Fault
         f.kind = r.choice_or("fault", 0, {std::begin(kinds), std::end(kinds)});
         f.window = r.integer_or("fault_window", -1);
         f.nap = r.number_or("nap", 0.0, {.min = 0.0, .unit = "s"});
+        f.again = r.flag_or("fault_again", false);
         return f;
     }
 
+    void spare(bool resumed) { window = resumed && !again ? -1 : window; }
     bool leaves(std::int64_t now) const { return kind == 5 && now == window; }
     //! Called in each window; may not return. Returns what is added to the value that is sent.
     double strike(std::int64_t now) const
@@ -44,6 +49,9 @@ struct Fault
         if (kind == 3) throw sluice::Error("toy: thrown on purpose.", sluice::Exit::numerical);
         if (kind == 4) return std::nan("");
         if (kind == 6) std::_Exit(0);
+        if (kind == 7)
+            for (;;) std::this_thread::sleep_for(std::chrono::seconds(1));  // alive, and never done
+        if (kind == 8) throw std::bad_alloc();
         return 0.0;
     }
 };
@@ -61,11 +69,23 @@ inline void oscillator(sluice::Participant& self, Watcher const& watch = {})
     double const middle = r.number("middle_spring", {.min = 0.0, .unit = "N/m"});
     double x = r.number("place", {.unit = "m"}), v = 0;
     auto const steps = r.integer_or("steps", 1, {.min = 1});
-    Fault const fault = Fault::read(r);
+    Fault fault = Fault::read(r);
+    fault.spare(self.resumes());
+    bool const keep = r.flag_or("keep", true);
     self.sends({"place"});
     self.takes({"place"});
     r.finish();
     if (self.checking()) return;
+    if (keep)
+        self.keeps(
+            [&](sluice::State& state) {
+                state.put_number("place", x);
+                state.put_number("velocity", v);
+            },
+            [&](sluice::State const& state) {
+                x = state.number("place");
+                v = state.number("velocity");
+            });
     auto const partner = self.senders("place").at(0);
     auto tell = [&](double extra) {
         double const value = x + extra;

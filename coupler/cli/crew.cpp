@@ -1,0 +1,104 @@
+#include "coupler/cli/crew.hpp"
+
+#include <signal.h>
+
+#include <algorithm>
+#include <cerrno>
+
+namespace sluice {
+
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+constexpr std::chrono::milliseconds mpirun_time{1600};  // it notices a dead process in 0.4 s on an idle machine
+
+}  // namespace
+
+std::vector<CrewMember> members_of_crew(Scene const& scene)
+{
+    std::vector<CrewMember> members;
+    for (std::size_t p = 0; p < scene.participants.size(); ++p) {
+        auto const& spec = scene.participants[p];
+        for (int rank = 0; rank < spec.ranks; ++rank)
+            members.push_back(
+                {static_cast<int>(p), rank, spec.ranks == 1 ? spec.name : spec.name + ":" + std::to_string(rank)});
+    }
+    return members;
+}
+
+void Crew::start(Job& job, Log log)
+{
+    job.gone.reset();
+    job.who.reset();
+    using Variables = std::vector<std::pair<std::string, std::string>>;
+    auto const environment =
+        job.mpirun ? Variables{{"OMPI_MCA_mpi_yield_when_idle", "1"},
+                               {"OMPI_MCA_odls_base_sigkill_timeout", "0"},  // else it sleeps 1 s over its dead
+                               {parent_death, "1"}}
+                   : Variables{};
+    job.process = std::make_unique<Process>(job.argv, job.log, environment, log);
+}
+
+void Crew::map_pages()
+{
+    for (std::size_t m = 0; m < pages.size(); ++m)
+        if (!pages[m]) pages[m] = MappedStatus(status_file(directory, members[m].name), MappedStatus::Mode::open);
+}
+
+//! mpirun: a process is gone though it was not done, or never came. mpirun ends the others and says how it ended; only
+//! if it does not within its time is it our turn.
+void Crew::look_for_the_gone(Job& job)
+{
+    bool const late = Clock::now() - started > std::chrono::duration<double>(scene.connect_timeout);
+    for (auto const m : job.members) {
+        if (job.gone) return;
+        bool const there = pages[m] && pages[m]->pid > 0;
+        bool const dead = there && !is_done(m) && !job.remote && ::kill(pages[m]->pid, 0) != 0 && errno == ESRCH;
+        if (!dead && (there || !late)) continue;
+        job.gone = Clock::now();
+        job.who = m;
+    }
+}
+
+Crew::State Crew::state_of(Job& job)
+{
+    auto const ending = job.process->poll();
+    if (job.mpirun) look_for_the_gone(job);
+    if (std::any_of(job.members.begin(), job.members.end(), [&](auto m) { return has_failed(m); }))
+        return State::failed;
+    bool const done = std::all_of(job.members.begin(), job.members.end(), [&](auto m) { return is_done(m); });
+    if (!ending) return job.gone && Clock::now() - *job.gone > mpirun_time ? State::failed : State::running;
+    if (job.mpirun) return done ? State::done : State::failed;
+    bool const as_said = ending->signal == 0 && done && ending->code == pages[job.members[0]]->exit;
+    return as_said ? State::done : State::failed;
+}
+
+bool Crew::all_ended()
+{
+    bool all = true;
+    for (auto& job : jobs) all = job.process->poll().has_value() && all;
+    return all;
+}
+
+bool Crew::all_done() const
+{
+    for (std::size_t m = 0; m < members.size(); ++m)
+        if (!is_done(m)) return false;
+    return true;
+}
+
+void Crew::signal_all(int number) const
+{
+    for (auto const& job : jobs) job.process->signal(number);
+}
+
+StatusPage* Crew::pacer_page() const
+{
+    for (std::size_t m = 0; m < members.size(); ++m)
+        if (members[m].participant == scene.pace && members[m].rank == 0)
+            return pages[m] ? pages[m].operator->() : nullptr;
+    return nullptr;
+}
+
+}  // namespace sluice
