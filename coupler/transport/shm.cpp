@@ -31,6 +31,8 @@ struct Peer
     bool sends_here = false;         //!< our messages go through `out`: the network had the last one
     bool receives_here = false;      //!< the peer's come through `in`: the last one on the network was read
     std::span<std::byte> room = {};  //!< the network's, being filled by the user: no note may take its place
+    bool ended = false;              //!< it was lost when the network was looked at last
+    bool network_empty = false;      //!< since the peer was lost the network was looked at, and had nothing more
     mutable bool was_lost = false;   //!< lost() has said so, before everybody had met
     std::deque<Note> notes = {};     //!< to be sent over the network
 };
@@ -67,7 +69,8 @@ class ShmTransport final : public Transport
         auto const& at = peers_[static_cast<std::size_t>(peer)];
         if (!network_->lost(peer)) return false;
         if (!settled_) at.was_lost = true;
-        return !(at.receives_here && at.in->ready());  // what it sent before it ended comes first
+        // what it sent before it ended comes first, also if the word that it moved is still under way
+        return !(at.in && at.in->ready() && (at.receives_here || !at.network_empty));
     }
 
     std::string trouble(int peer) const override { return network_->trouble(peer); }
@@ -186,7 +189,7 @@ void ShmTransport::read_offer(int peer, Note const& note)
     at.life = note.life;
     at.in = ShmInbox::open({note.process, note.queue}, note.token);
     at.bell = BellFile::open({note.process, note.bell}, note.bell_token);
-    at.receives_here = false;
+    at.receives_here = at.network_empty = false;
     if (other_life) offer_queue(peer);  // it knows nothing of the queue that the earlier one opened
     if (at.in && at.bell) at.notes.push_back({.kind = Note::Kind::accept, .token = note.token});
     tell(peer);
@@ -275,10 +278,17 @@ bool ShmTransport::anything_here() const
 std::optional<Transport::Incoming> ShmTransport::look_at_network(microseconds patience)
 {
     since_network_ = 0;
-    for (int peer = 0; peer < count(); ++peer) tell(peer);
+    for (int peer = 0; peer < count(); ++peer) {
+        tell(peer);
+        auto& at = of(peer);
+        at.ended = at.in && !at.receives_here && network_->lost(peer);
+    }
     auto incoming = network_->receive(patience);
     network_seen_ = Clock::now();
-    if (!incoming) return std::nullopt;
+    if (!incoming) {
+        for (auto& at : peers_) at.network_empty |= at.ended;
+        return std::nullopt;
+    }
     auto& bytes = incoming->message.bytes;
     auto const trailer = trailer_of(bytes);
     auto const content = trailer ? bytes.first(bytes.size() - sizeof(Trailer)) : bytes;

@@ -203,7 +203,13 @@ TEST_CASE("shm: the last messages of a process that was killed arrive, and then 
 TEST_CASE("shm: pairs on different hosts stay on the network, the others do not, and all are woken")
 {
     Scratch scratch;
-    std::atomic<int> done = 0;
+    std::atomic<int> done = 0, all_met = 0;
+    auto const all_to_all = [&all_met](Transport& t, int self) {
+        suite::all_to_all(t, self, 3);
+        ++all_met;  // nobody goes on before all have what was for them
+        auto const deadline = Clock::now() + seconds(40);
+        while (all_met < 3 && Clock::now() < deadline) std::this_thread::sleep_for(milliseconds(1));
+    };
     auto member = [&](int self, auto const& body) {
         return [&, self, body] {
             sluice::Members const members{{"a", "b", "c"}, self};
@@ -214,8 +220,8 @@ TEST_CASE("shm: pairs on different hosts stay on the network, the others do not,
         };
     };
     auto const talk = [&](int self) {
-        return [self, &done](Transport& t) {
-            suite::all_to_all(t, self, 3);
+        return [self, &done, &all_to_all](Transport& t) {
+            all_to_all(t, self);
             suite::woken(t, self);
             suite::kept(t, self);
             suite::expect(until_kind(t, self == 0 ? "shm 1, network 1" : "shm").empty(), "a message of nobody's");
@@ -224,7 +230,7 @@ TEST_CASE("shm: pairs on different hosts stay on the network, the others do not,
         };
     };
     auto const third = [&](Transport& t) {
-        suite::all_to_all(t, 2, 3);
+        all_to_all(t, 2);
         suite::expect(until_kind(t, "shm 1, network 1").empty(), "a message of nobody's");
         ++done;
         attend(t, done, 3);
