@@ -20,11 +20,38 @@ bool same(std::span<std::int64_t const> a, std::span<std::int64_t const> b)
     return (a.data() == b.data() && a.size() == b.size()) || std::equal(a.begin(), a.end(), b.begin(), b.end());
 }
 
+bool is_ascending(std::span<std::int64_t const> ids)
+{
+    for (std::size_t i = 1; i < ids.size(); ++i)
+        if (ids[i] <= ids[i - 1]) return false;
+    return true;
+}
+
+constexpr std::size_t nowhere = ~std::size_t{0};
+
+//! For each point of `now` its place in `before`; nowhere: it is new.
+std::vector<std::size_t> places_of(std::span<std::int64_t const> now, std::span<std::int64_t const> before)
+{
+    std::vector<std::size_t> places(now.size(), nowhere);
+    if (is_ascending(now) && is_ascending(before)) {
+        for (std::size_t i = 0, k = 0; i < now.size(); ++i) {
+            while (k < before.size() && before[k] < now[i]) ++k;
+            if (k < before.size() && before[k] == now[i]) places[i] = k;
+        }
+        return places;
+    }
+    std::unordered_map<std::int64_t, std::size_t> at;
+    at.reserve(before.size());
+    for (std::size_t k = 0; k < before.size(); ++k) at.emplace(before[k], k);
+    for (std::size_t i = 0; i < now.size(); ++i)
+        if (auto const found = at.find(now[i]); found != at.end()) places[i] = found->second;
+    return places;
+}
+
 //! `old` with the points of `newest` in their order; a point that `old` lacks takes the values of `newest`.
 Frame rearranged(Frame const& old, Frame const& newest, std::vector<std::size_t> const& widths)
 {
-    std::unordered_map<std::int64_t, std::size_t> at;
-    for (std::size_t i = 0; i < old.points(); ++i) at.emplace(old.ids.values[i], i);
+    auto const places = places_of(newest.ids.values, old.ids.values);
     Frame result = newest;
     result.index = old.index;
     result.ticks = old.ticks;
@@ -33,10 +60,10 @@ Frame rearranged(Frame const& old, Frame const& newest, std::vector<std::size_t>
         auto const& now = newest.columns[c].values;
         if (now.empty()) continue;
         std::vector<double> values(now.begin(), now.end());
-        for (std::size_t i = 0; i < newest.points(); ++i)
-            if (auto const found = at.find(newest.ids.values[i]); found != at.end())
-                std::copy_n(old.columns[c].values.begin() + static_cast<std::ptrdiff_t>(found->second * widths[c]),
-                            widths[c], values.begin() + static_cast<std::ptrdiff_t>(i * widths[c]));
+        double const* const before = old.columns[c].values.data();
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (places[i] != nowhere)
+                std::copy_n(before + places[i] * widths[c], widths[c], values.data() + i * widths[c]);
         result.columns[c] = Held<double>::of(std::move(values));
     }
     return result;
@@ -145,9 +172,6 @@ void Samples::Source::keep(Frame frame)
     history.push_front(std::move(frame));
     auto const kept = terms.inside ? std::max<std::int64_t>(2, Schedule::kept(terms)) : Schedule::kept(terms);
     while (static_cast<std::int64_t>(history.size()) > kept) history.pop_back();
-    for (std::size_t k = 1; k < history.size(); ++k)
-        if (!same(history[k].ids.values, history[0].ids.values))
-            history[k] = rearranged(history[k], history[0], widths_of(spec, dimension));
 }
 
 std::vector<std::span<double const>> const& Samples::Source::columns(double s)
@@ -182,6 +206,9 @@ std::vector<std::span<double const>> const& Samples::Source::mix(InEdge const& b
     for (std::size_t k = 1; k < frames.size(); ++k)
         past[k - 1] = static_cast<double>(begin - frames[k]->ticks) / static_cast<double>(length);
     auto const weights = sample_weights(by, static_cast<std::int64_t>(frames.size()), s, past);
+    for (std::size_t k = 1; k < frames.size(); ++k)  // only now: most samples need no older frame
+        if (weights.at[k] != 0.0 && !same(frames[k]->ids.values, frames[0]->ids.values))
+            *frames[k] = rearranged(*frames[k], *frames[0], widths_of(spec, dimension));
     if (booked && account) book(frames, weights);
     Frame const& top = *frames[0];
     spans_.resize(top.columns.size());

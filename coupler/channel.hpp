@@ -48,7 +48,7 @@ struct Samples::Source
         std::uint32_t iteration = 0;
     };
     std::vector<Origin> origins;
-    std::deque<Frame> history;           //!< newest first; older ones rearranged into the newest one's order of points
+    std::deque<Frame> history;           //!< newest first
     std::optional<Frame> guess;          //!< inside a group: this window's end as it is taken to be in this iteration
     std::optional<Frame> result;         //!< inside a group, lag 1: what the sender made of it
     std::int64_t begin = 0, length = 1;  //!< of the window that is sampled, ticks

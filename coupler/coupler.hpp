@@ -119,7 +119,7 @@ struct JoinOptions
     std::filesystem::path scene;
     std::string name;                               //!< which participant of the scene this is
     std::filesystem::path directory;                //!< of the run: results, logs, status
-    std::vector<std::string> overrides;             //!< path=value
+    std::vector<std::string> overrides = {};        //!< path=value
     bool check = false;                             //!< read and check the configuration, then stop
     int rank = 0;                                   //!< which of the participant's processes
     bool resume = false;                            //!< go on from the newest complete checkpoint in `directory`

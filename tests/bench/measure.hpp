@@ -50,7 +50,8 @@ nlohmann::json idle_wait(Contestant const& contestant, Way& way, Effort const& e
 
 //! Runs `body` on both sides, side 1 in a process of its own. Throws std::runtime_error if that one failed.
 nlohmann::json in_two_processes(nlohmann::json (*body)(Setting const&, Effort const&), Effort const& effort);
-//! This program twice under mpirun, as `--mpi-side FILE`: side 0 writes the results to the file.
-nlohmann::json under_mpirun(bool small);
+//! This program twice under mpirun, as `--mpi-side FILE`: side 0 writes the results to the file. `windows`: of
+//! whole sessions.
+nlohmann::json under_mpirun(bool small, bool windows);
 
 }  // namespace bench

@@ -83,7 +83,7 @@ nlohmann::json in_two_processes(nlohmann::json (*body)(Setting const&, Effort co
     return results;
 }
 
-nlohmann::json under_mpirun(bool small)
+nlohmann::json under_mpirun(bool small, bool windows)
 {
     auto const program = std::filesystem::read_symlink("/proc/self/exe").string();
     Directory const directory;
@@ -95,7 +95,7 @@ nlohmann::json under_mpirun(bool small)
     if (child < 0) throw std::runtime_error("fork failed");
     if (child == 0) {
         ::execlp("mpirun", "mpirun", "--oversubscribe", "--bind-to", "none", "-np", "2", program.c_str(), "--mpi-side",
-                 file.c_str(), small ? "--small" : nullptr, nullptr);
+                 file.c_str(), small ? "--small" : "--full", windows ? "--windows" : nullptr, nullptr);
         ::_exit(127);
     }
     int status = 0;
