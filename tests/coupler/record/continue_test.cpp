@@ -19,6 +19,7 @@
 #include "coupler/record/point_series.hpp"
 #include "coupler/record/table.hpp"
 #include "tests/coupler/record/folder.hpp"
+#include "tests/support/archive_content.hpp"
 
 using namespace sluice;
 
@@ -79,29 +80,6 @@ std::vector<std::pair<std::string, std::string>> files_of(std::filesystem::path 
             files.emplace_back(entry.path().lexically_relative(folder).string(), read_file(entry.path()));
     std::ranges::sort(files);
     return files;
-}
-
-//! All that an archive holds, as h5py sees it; "" when there is no h5py.
-std::string content(std::filesystem::path const& archive)
-{
-    std::string const script =
-        "import h5py,sys\n"
-        "f=h5py.File(sys.argv[1])\n"
-        "out=open(sys.argv[2],'w')\n"
-        "def show(name,o):\n"
-        " print(name,sorted((k,str(v)) for k,v in o.attrs.items()),file=out)\n"
-        " if isinstance(o,h5py.Dataset): print(o.dtype,o.shape,o.chunks,o.compression,o[()].tolist(),file=out)\n"
-        "show('/',f)\n"
-        "f.visititems(show)\n";
-    auto const listing = archive.string() + ".listing";
-    std::string const command =
-        "/usr/bin/python3 -c \"" + script + "\" " + archive.string() + " " + listing + " 2>/dev/null";
-    return std::system(command.c_str()) == 0 ? read_file(listing) : "";
-}
-
-bool has_h5py()
-{
-    return std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") == 0;
 }
 
 //! A child process that appends `steps` steps, killed at its `fatal`-th call that writes to a file. How many it had
@@ -253,7 +231,7 @@ TEST_CASE("continue: frames of a killed run that its collection does not list ar
 
 TEST_CASE("continue: an archive ends up with the content of one that was never stopped")
 {
-    if (!has_h5py()) {
+    if (!archive::has_reader()) {
         MESSAGE("skipped: needs python3-h5py");
         return;
     }
@@ -263,7 +241,7 @@ TEST_CASE("continue: an archive ends up with the content of one that was never s
         append_steps(whole, 0, 9);
         whole.close();
     }
-    auto const expected = content(folder / "whole.h5");
+    auto const expected = archive::content(folder / "whole.h5");
     REQUIRE(expected.size() > 1000);
     for (int const kept : {0, 1, 4, 6}) {
         CAPTURE(kept);
@@ -271,12 +249,12 @@ TEST_CASE("continue: an archive ends up with the content of one that was never s
             Archive cut(folder / "cut.h5", {&fact, 1});
             append_steps(cut, 0, 6);
         }
-        Archive archive(folder / "cut.h5", {&fact, 1}, kept == 0 ? -1 : time_at(kept - 1));
-        CHECK(archive.steps() == static_cast<std::size_t>(kept));
-        CHECK(archive.remark().empty());
-        append_steps(archive, kept, 9);
-        archive.close();
-        CHECK(content(folder / "cut.h5") == expected);
+        Archive resumed(folder / "cut.h5", {&fact, 1}, kept == 0 ? -1 : time_at(kept - 1));
+        CHECK(resumed.steps() == static_cast<std::size_t>(kept));
+        CHECK(resumed.remark().empty());
+        append_steps(resumed, kept, 9);
+        resumed.close();
+        CHECK(archive::content(folder / "cut.h5") == expected);
         CHECK(!std::filesystem::exists(folder / "cut.h5.partial"));
     }
 }
