@@ -185,7 +185,8 @@ TEST_CASE("continue: files that are not there are begun")
     CHECK(read_file(folder / "t.csv") == "time [s],run_out [m]\n0.6000000000000001,0.14285714285714285\n");
     CHECK(points.frames() == 0);
     CHECK(archive.steps() == 1);
-    CHECK(archive.remark().empty());
+    CHECK(archive.remark(0).empty());
+    CHECK(archive.remark(2).find("not there. It goes on with 1 of 2 earlier steps") != std::string::npos);
 }
 
 TEST_CASE("continue: a table with other columns and frames without their collection are refused and left alone")
@@ -207,6 +208,9 @@ TEST_CASE("continue: a table with other columns and frames without their collect
                          Error);
     CHECK_THROWS_AS(PointSeries(folder.path(), "grains", Precision::float64, 0.1), Error);
     CHECK(files_of(folder.path()) == before);
+    write_atomically(folder / "grains.pvd", "");  // what a power loss may leave
+    CHECK_THROWS_AS(PointSeries(folder.path(), "grains", Precision::float64, 0.1), Error);
+    CHECK(files_of(folder.path()).size() == before.size() + 1);
 }
 
 TEST_CASE("continue: frames of a killed run that its collection does not list are removed, others stay")
@@ -251,7 +255,7 @@ TEST_CASE("continue: an archive ends up with the content of one that was never s
         }
         Archive resumed(folder / "cut.h5", {&fact, 1}, kept == 0 ? -1 : time_at(kept - 1));
         CHECK(resumed.steps() == static_cast<std::size_t>(kept));
-        CHECK(resumed.remark().empty());
+        CHECK(resumed.remark(static_cast<std::size_t>(kept)).empty());
         append_steps(resumed, kept, 9);
         resumed.close();
         CHECK(archive::content(folder / "cut.h5") == expected);
@@ -265,8 +269,9 @@ TEST_CASE("continue: an archive that cannot be read is put aside, and said so")
     write_atomically(folder / "a.h5", "not HDF5");
     Archive archive(folder / "a.h5", {&fact, 1}, 0.5);
     CHECK(archive.steps() == 0);
-    CHECK(archive.remark().find("a.h5: could not be read up to t = 0.5 s (step 0: it does not open") !=
+    CHECK(archive.remark(6).find("a.h5: could not be read up to t = 0.5 s (step 0: it does not open") !=
           std::string::npos);
+    CHECK(archive.remark(6).find("0 of 6 earlier steps") != std::string::npos);
     CHECK(read_file(folder / "a.h5.damaged") == "not HDF5");
     append_steps(archive, 6, 7);
     archive.close();
@@ -290,7 +295,7 @@ TEST_CASE("continue: an archive whose run is killed at any of its writes keeps e
         if (*appended == 0) continue;
         CAPTURE(fatal);
         Archive const archive(folder / "a.h5", {&fact, 1}, time_at(*appended - 1));
-        REQUIRE(archive.remark().empty());
+        REQUIRE(archive.remark(static_cast<std::size_t>(*appended)).empty());
         REQUIRE(archive.steps() == static_cast<std::size_t>(*appended));
     }
 }
