@@ -216,10 +216,16 @@ void Archive::take_steps_of(std::filesystem::path const& earlier, double keep_un
     std::filesystem::path damaged = earlier;
     damaged += ".damaged";
     move_file(earlier, damaged);
-    remark_ = fmt::format(
-        "{}: could not be read up to t = {} s ({}). Its first {} steps go on in a new file; it is {} "
-        "now.",
-        earlier.string(), keep_until, damage, count, damaged.filename().string());
+    damage_ = fmt::format("could not be read up to t = {} s ({}), it is {} now", keep_until, damage,
+                          damaged.filename().string());
+}
+
+std::string Archive::remark(std::size_t expected) const
+{
+    if (damage_.empty() && steps_ >= expected) return {};
+    return fmt::format("{}: {}. It goes on with {} of {} earlier steps; the other files of the run have all.",
+                       path_.string(), damage_.empty() ? "not as this run left it, or not there" : damage_, steps_,
+                       expected);
 }
 
 Archive::~Archive()

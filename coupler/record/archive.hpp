@@ -59,8 +59,8 @@ class Archive
     void close();
 
     std::size_t steps() const noexcept { return steps_; }
-    //! Empty, or: the earlier file could not be read up to `keep_until`, why, and where it was put.
-    std::string const& remark() const noexcept { return remark_; }
+    //! Right after the constructor: empty, or why the archive goes on with fewer than `expected` steps.
+    std::string remark(std::size_t expected) const;
 
  private:
     void create(std::filesystem::path const& path, std::span<ArchiveFact const> facts);
@@ -69,7 +69,7 @@ class Archive
     std::filesystem::path path_;
     std::int64_t file_ = -1;  //!< HDF5 id
     std::size_t steps_ = 0;
-    std::string remark_;
+    std::string damage_;   //!< of the earlier file, and where it was put
     bool broken_ = false;  //!< HDF5 failed: closing the file would write again and may crash
 };
 

@@ -15,6 +15,8 @@
 namespace sluice {
 namespace {
 
+constexpr auto closing = "</Collection>\n</VTKFile>\n";
+
 std::string xml_plain(std::string text)
 {
     constexpr std::pair<std::string_view, std::string_view> names[] = {
@@ -75,7 +77,7 @@ void write_collection(std::filesystem::path const& path, std::span<CollectionEnt
     for (auto const& entry : entries)
         text += fmt::format("<DataSet timestep=\"{}\" group=\"\" part=\"{}\" file=\"{}\"/>\n", entry.time, entry.part,
                             xml_escaped(entry.file));
-    write_atomically(path, text + "</Collection>\n</VTKFile>\n");
+    write_atomically(path, text + closing);
 }
 
 std::vector<CollectionEntry> read_collection(std::filesystem::path const& path)
@@ -106,12 +108,12 @@ std::string SeriesFiles::frame(std::size_t number) const
 std::vector<CollectionEntry> begin_series(SeriesFiles const& files, std::optional<double> keep_until)
 {
     std::vector<CollectionEntry> entries;
-    if (keep_until && std::filesystem::exists(files.collection()))
+    if (keep_until && std::filesystem::exists(files.collection()) && read_file(files.collection()).ends_with(closing))
         entries = read_collection(files.collection());
     else if (keep_until)
         require(frames_from(files, 0).empty(), [&] {
-            return Error(fmt::format("{}: not there, but frames are (it says their times). Bring it back, or put {} "
-                                     "elsewhere and resume again.",
+            return Error(fmt::format("{}: not there or not whole, but frames are (it says their times). Bring it back, "
+                                     "or put {} elsewhere and resume again.",
                                      files.collection().string(), (files.directory / files.name).string()),
                          Exit::io);
         });

@@ -36,7 +36,7 @@ struct SeriesFiles
 
 //! What a series begins with: nothing; with `keep_until` [s] the frames of an earlier one up to that time. Writes the
 //! collection, then removes the files of later frames. Throws Error (Exit::io), also when there are frames but no
-//! collection that says their times.
+//! whole collection that says their times.
 std::vector<CollectionEntry> begin_series(SeriesFiles const& files, std::optional<double> keep_until);
 
 //! One collection that shows all `parts` together: the first is part 0, the second part 1, ... Entries are sorted by

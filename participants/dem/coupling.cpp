@@ -68,7 +68,7 @@ class Recorder
                    std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(self.scene().hash)}}, resumed_at),
           table_(self.directory() / (self.name() + ".csv"), headers(), resumed_at)
     {
-        if (!archive_.remark().empty()) self.warn(archive_.remark());
+        if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
     }
 
     void picture(double time, Columns const& c, Grains const& g)

@@ -38,7 +38,7 @@ class Recorder
                                           "momentum_y [N s/m]", "window_impulse_x [N s/m]", "window_impulse_y [N s/m]"},
                  resumed_at)
     {
-        if (!archive_.remark().empty()) self.warn(archive_.remark());
+        if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
     }
 
     void picture(double time, Solver& solver)

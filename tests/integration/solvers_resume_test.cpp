@@ -1,0 +1,239 @@
+// Our own solvers stopped and resumed: everything that such a run leaves is what a run that was never stopped leaves,
+// bit for bit. Participants are started by hand, as `sluice resume` does.
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "coupler/base/error.hpp"
+#include "coupler/base/status_page.hpp"
+#include "tests/support/archive_content.hpp"
+#include "tests/support/run_in_threads.hpp"
+#include "tests/support/shell.hpp"
+
+namespace {
+
+std::string const never = "checkpoint.windows=1000";
+constexpr double patience = 120;  // s for a run of half a second: the machine may be busy
+
+struct Solver
+{
+    std::string name, command;
+};
+
+//! A scene of configs/ with checkpoints, in a directory of its own.
+class Case
+{
+ public:
+    Case(std::string const& config, std::vector<Solver> solvers, std::vector<std::string> settings)
+        : solvers_(std::move(solvers)), settings_(std::move(settings))
+    {
+        ::setenv("SLUICE_CACHE", PACKING_CACHE, 1);
+        std::ofstream(scene_) << shell::slurp(std::string(CONFIGS) + "/" + config) << "checkpoint: {windows: 49}\n";
+    }
+
+    std::filesystem::path out(std::string const& run) const { return scratch_.path() / run; }
+
+    using Running = std::vector<std::unique_ptr<shell::Background>>;
+    Running start(std::string const& run, std::vector<std::string> const& more = {}, bool resume = false) const
+    {
+        Running running;
+        for (auto const& [name, command] : solvers_) {
+            std::vector<std::string> words{command, scene_, "--as", name, "--out", out(run)};
+            for (auto const& list : {settings_, more})
+                for (auto const& setting : list) words.insert(words.end(), {"--set", setting});
+            if (resume) words.push_back("--resume");
+            running.push_back(std::make_unique<shell::Background>(words, log(run, name)));
+        }
+        return running;
+    }
+    //! Waits for all; each must end with `exit`.
+    void finish(Running& running, int exit) const
+    {
+        for (auto& process : running) {
+            auto const result = process->wait(patience);
+            if (result.exit != exit) MESSAGE(result.output);
+            REQUIRE(result.exit == exit);
+        }
+    }
+    void run(std::string const& name, std::vector<std::string> const& more = {}, bool resume = false) const
+    {
+        auto running = start(name, more, resume);
+        finish(running, 0);
+    }
+
+    //! Waits until the process that paces `run` has completed a checkpoint of that window or a later one.
+    void wait_for_checkpoint(std::string const& run, std::int64_t window) const
+    {
+        auto const file = sluice::status_file(out(run), solvers_[0].name);
+        for (int tries = 0; tries < 60'000; ++tries) {
+            std::error_code none;
+            if (std::filesystem::file_size(file, none) == sizeof(sluice::StatusPage)) {
+                sluice::MappedStatus const page(file, sluice::MappedStatus::Mode::open);
+                if (page->phase == sluice::Phase::running && page->checkpoint >= window) return;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        FAIL("no checkpoint of window " << window);
+    }
+
+    //! The result files of a run, by name: tables, ParaView files, archives, and the state of every participant before
+    //! window 49 where there is a checkpoint of it.
+    std::vector<std::pair<std::string, std::string>> results(std::string const& run) const
+    {
+        std::vector<std::pair<std::string, std::string>> files;
+        for (auto const& entry : std::filesystem::recursive_directory_iterator(out(run))) {
+            auto const name = entry.path().lexically_relative(out(run)).string();
+            auto const ending = entry.path().extension();
+            bool const plain = ending == ".csv" || ending == ".pvd" || ending == ".vtp" || ending == ".vti";
+            if (plain || (ending == ".part" && name.starts_with("checkpoints/49/")))
+                files.emplace_back(name, shell::slurp(entry.path()));
+            if (ending == ".h5" && archive::has_reader()) files.emplace_back(name, archive::content(entry.path()));
+        }
+        std::ranges::sort(files);
+        for (auto const& [name, bytes] : files) CHECK_MESSAGE(!bytes.empty(), name);
+        return files;
+    }
+    void check_same(std::string const& run, std::string const& reference) const
+    {
+        auto const a = results(run), b = results(reference);
+        REQUIRE(a.size() == b.size());
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            CAPTURE(a[i].first);
+            CHECK(a[i].first == b[i].first);
+            CHECK((a[i].second == b[i].second));
+        }
+    }
+    void forget(std::string const& run) const { std::filesystem::remove_all(out(run)); }
+
+ private:
+    std::filesystem::path log(std::string const& run, std::string const& name) const
+    {
+        return scratch_.path() / (run + "." + name + ".log");
+    }
+
+    in_threads::Scratch scratch_;
+    std::filesystem::path scene_ = scratch_.path() / "scene.yaml";
+    std::vector<Solver> solvers_;
+    std::vector<std::string> settings_;
+};
+
+//! Sixty grains in a small tank: 50 windows of 4e-5 s; pictures at the ends of windows 13, 25, 38 and 50, rows of the
+//! tables at every second or third.
+Case immersed(std::string const& threads = "1")
+{
+    return {"immersed_column.yaml",
+            {{"grains", DEM_COMMAND}, {"water", LBM_COMMAND}},
+            {"time.end=0.002", "participants.grains.config.column.count=60", "participants.water.config.cell=2.0e-4",
+             "participants.water.config.domain.size=[0.04, 0.02]", "participants.water.config.threads=" + threads,
+             "output.interval=0.0005", "output.series=0.0001"}};
+}
+
+//! The same grains without water.
+Case dry()
+{
+    return {"dry_column.yaml",
+            {{"grains", DEM_COMMAND}},
+            {"time.end=0.03", "participants.grains.config.column.count=60", "output.interval=0.005",
+             "output.series=0.001"}};
+}
+
+//! Runs the column to a checkpoint before `window` and one window more, then from there to the end: outputs, and the
+//! state before window 49, are those of the run "whole".
+void check_cut(Case const& c, int window)
+{
+    CAPTURE(window);
+    c.run("cut", {"checkpoint.windows=" + std::to_string(window), "time.end=" + std::to_string((window + 1) * 4e-5)});
+    REQUIRE(std::filesystem::exists(c.out("cut") / "checkpoints" / std::to_string(window) / "manifest.json"));
+    c.run("cut", {"checkpoint.windows=" + std::to_string(49 - window)}, true);
+    c.check_same("cut", "whole");
+    c.forget("cut");
+}
+
+//! kill -9 of every process, three times in one run, each time soon after a checkpoint.
+void check_killed(Case const& c, std::vector<std::int64_t> const& windows)
+{
+    bool resume = false;
+    for (auto const window : windows) {
+        auto running = c.start("killed", {"checkpoint.windows=1"}, resume);
+        c.wait_for_checkpoint("killed", window);
+        for (auto& process : running) process->signal(SIGKILL);
+        c.finish(running, 128 + SIGKILL);
+        resume = true;
+    }
+    c.run("killed", {never}, true);
+    c.check_same("killed", "whole");
+}
+
+//! SIGTERM to one process stops all of them with a checkpoint; `victims`: which one, and after which window.
+void check_stopped(Case const& c, std::vector<std::pair<std::size_t, std::int64_t>> const& victims)
+{
+    bool resume = false;
+    for (auto const& [victim, window] : victims) {
+        auto running = c.start("stopped", {"checkpoint.windows=1"}, resume);
+        c.wait_for_checkpoint("stopped", window);
+        running[victim]->signal(SIGTERM);
+        c.finish(running, static_cast<int>(sluice::Exit::stopped));
+        resume = true;
+    }
+    c.run("stopped", {never}, true);
+    c.check_same("stopped", "whole");
+}
+
+}  // namespace
+
+TEST_CASE("immersed column: cut at any window and resumed, with one thread and with two, it leaves the same bits")
+{
+    Case const c = immersed(), two = immersed("2");
+    c.run("whole");
+    CHECK(c.results("whole").size() >= 4 + 5 + 5 + 2);  // tables and collections, pictures, checkpoint parts
+    for (int const window : {1, 6, 13, 24, 38, 48}) check_cut(c, window);  // 13 and 38: a picture at this very time
+    two.run("whole");
+    CHECK((two.results("whole") == c.results("whole")));
+    for (int const window : {5, 25}) check_cut(two, window);
+}
+
+TEST_CASE("immersed column: checkpoints change no bit")
+{
+    Case const c = immersed();
+    c.run("whole", {never});
+    c.run("many", {"checkpoint.windows=2"});
+    c.check_same("many", "whole");
+}
+
+TEST_CASE("immersed column: killed three times and resumed, it leaves the same bits")
+{
+    Case const c = immersed();
+    c.run("whole", {never});
+    check_killed(c, {3, 14, 30});
+}
+
+TEST_CASE("immersed column: stopped by a signal to either solver and resumed, it leaves the same bits")
+{
+    Case const c = immersed();
+    c.run("whole", {never});
+    check_stopped(c, {{0, 4}, {1, 20}});
+}
+
+TEST_CASE("dry column, one participant alone: killed or stopped and resumed, it leaves the same bits")
+{
+    Case const c = dry();
+    c.run("whole", {never});
+    check_killed(c, {2, 80, 200});
+    check_stopped(c, {{0, 5}, {0, 150}});
+}
+
+TEST_CASE("immersed column: a resumed run pours nothing, and says where it went on")
+{
+    Case const c = immersed();
+    c.run("cut", {"checkpoint.windows=24", "time.end=0.001"});
+    ::setenv("SLUICE_CACHE", c.out("cache").c_str(), 1);
+    c.run("cut", {}, true);
+    CHECK(!std::filesystem::exists(c.out("cache")));
+    for (std::string const name : {"grains", "water"}) {
+        auto const summary = shell::slurp(c.out("cut") / ".sluice" / (name + ".json"));
+        CHECK(summary.find("\"resumed_at\": 0.00096") != std::string::npos);
+        CHECK(summary.find("\"warnings\": []") != std::string::npos);
+        if (name == "grains") CHECK(summary.find("\"H0 [m]\": 0.0") != std::string::npos);
+    }
+}
