@@ -140,6 +140,11 @@ void Participant::Session::connect()
     schedule.emplace(terms, group != nullptr, std::max<std::int64_t>(0, mine().resumes));
     open_group();
     if (!options.given) trace = std::make_unique<Trace>(name_of_member(self));
+    if (!options.given && std::getenv(record_frames)) {
+        recording = std::make_unique<Recording>(options.directory / "recordings" / (name_of_member(self) + ".rec"),
+                                                scene.hash, scene.canonical);
+        recording->append(recorded_window, 0, std::as_bytes(std::span(&window_length, 1)));
+    }
     status->phase = Phase::running;
     mark_ = Clock::now();
 }
@@ -175,6 +180,14 @@ bool Participant::Session::is_preparing(int member) const
     if (options.given) return false;
     MappedStatus const page(status_file(options.directory, name_of_member(member)), MappedStatus::Mode::open);
     return page && page->phase == Phase::preparing && page->pid > 0 && ::kill(page->pid, 0) == 0;
+}
+
+//! Whether a peer's process on this host has ended well.
+bool Participant::Session::is_done(int member) const
+{
+    if (options.given) return false;
+    MappedStatus const page(status_file(options.directory, name_of_member(member)), MappedStatus::Mode::open);
+    return page && page->phase == Phase::done;
 }
 
 //! Who has not come, with what is known about why, and the commands that start them.

@@ -39,7 +39,7 @@ endforeach()
 
 # Commands. From the place of `sluice` solvers are looked for beside it, its own files (report scripts and the like) in
 # ../share/sluice: there they lie in the build too.
-install(TARGETS sluice RUNTIME DESTINATION bin)
+install(TARGETS sluice sluice_replay RUNTIME DESTINATION bin)
 foreach(solver ${SLUICE_SOLVERS})
   if(TARGET ${solver}.choose)
     install(TARGETS ${solver}.choose RUNTIME DESTINATION bin)
