@@ -241,7 +241,7 @@ class Participant:
 
     def keeps(self, save, restore):
         """`save()` returns a dict of all that the solver needs to go on bit for bit: arrays of float64, int64 or uint8,
-        numbers, bytes. `restore(dict)` gets the same, arrays as copies of its own."""
+        numbers, bytes. `restore(dict)` gets the same; arrays are copies that are the solver's own."""
         self._callbacks = (_Callback(lambda _, state: self._guarded(lambda: self._save(state, save()))),
                            _Callback(lambda _, state: self._guarded(lambda: restore(self._restored(state)))))
         self._call("keeps", *self._callbacks, None)
@@ -398,9 +398,12 @@ class Participant:
         kept = {}
         for name, (kind, shape, how) in json.loads(self._get(state, "index", _BYTES).tobytes()).items():
             array = self._get(state, "state/" + name, kind)
-            kept[name] = array.tobytes() if how == "bytes" else array.reshape(shape)
-            if how in ("int", "float"):
-                kept[name] = kept[name].item()
+            if how == "bytes":
+                kept[name] = array.tobytes()
+            elif how == "ndarray" or shape:
+                kept[name] = array.reshape(shape)
+            else:
+                kept[name] = array.item() if how in ("int", "float") else array[0]
         return kept
 
 
