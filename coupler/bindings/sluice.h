@@ -62,7 +62,7 @@ typedef struct sluice_window
 } sluice_window;
 
 /*! What an edge says at one time. Nothing is copied: the arrays are valid until the next sluice_read() of the same edge
- *  or the next sluice_next(). */
+ *  or the next sluice_next() or sluice_accepted(). */
 typedef struct sluice_frame
 {
     size_t points;

@@ -17,7 +17,7 @@
 
 SI units. Arrays are float64 and C-contiguous, ids int64; a vector column has the shape (points, dimension), a scalar one
 (points,). What is read are views of Sluice's own memory, read-only and valid until the next at() of the same edge or the
-next window: copy what you keep. The meaning of every call is in sluice.h, whose functions these are.
+next window (or accepted()): copy what you keep. The meaning of every call is in sluice.h, whose functions these are.
 """
 import ctypes
 import json

@@ -160,6 +160,29 @@ TEST_CASE("bindings: windows, the end and checkpoints by who paces the run")
     CHECK(says(result.output, "ValueError: no state today"));
 }
 
+TEST_CASE("bindings: Python springs in an implicit group repeat windows and move as if they were one program")
+{
+    Case const group(faulty, faulty);
+    std::ofstream(group.file(), std::ios::app) << "implicit: [{participants: [left, right], tolerance: 1e-10}]\n";
+    auto const result = group.run();
+    REQUIRE(result.exit == 0);
+    double x[] = {1, 0}, v[] = {0, 0};  // both masses by the springs' own scheme, each at its partner's true place
+    auto const kick = [&] {
+        for (int k : {0, 1}) v[k] += 0.0025 * (-39.5 * x[k] - 157.9 * (x[k] - x[1 - k]));
+    };
+    for (int n = 0; n < 200; ++n) {
+        kick();
+        for (int k : {0, 1}) x[k] += 0.005 * v[k];
+        kick();
+    }
+    // An error of 1e-10 m of the partner's place in each of 200 windows changes a velocity by 157.9 * 0.005 / 2 of it,
+    // and a place by at most that over the frequency of 2 pi: 1.3e-9 m
+    CHECK(std::abs(group.fact("left") - x[0]) < 1.3e-9);
+    CHECK(std::abs(group.fact("right") - x[1]) < 1.3e-9);
+    CHECK(group.fact("left", "windows seen") == 200);
+    CHECK(group.fact("left", "windows repeated") >= 200);
+}
+
 TEST_CASE("bindings: a library of another interface is refused, from both sides")
 {
     in_threads::Scratch scratch;

@@ -70,7 +70,7 @@ def solve(self):
         assert kept["none"].size == 0 and kept["word"] == b"abc" and kept["nothing"] == b""
         assert type(self.windows_seen) is int and isinstance(x, float) and isinstance(v, float)
 
-    self.windows_seen = 0
+    self.windows_seen, repeated = 0, 0
     self.keeps(save, restore)
     if fault == "read before":
         self.read(partner, "place", sluice.Window()).at(0)
@@ -126,12 +126,16 @@ def solve(self):
                 continue
         if not (fault == "no write" and window.index == 3):
             tell()
+        if not self.accepted(window):
+            repeated += 1
+            continue
         old = other
         if log:
             with open(log, "a") as file:
                 print(window.index, repr(x), file=file)
     self.fact("place at the end [m]", x)
     self.fact("windows seen", self.windows_seen)
+    self.fact("windows repeated", repeated)
 
 
 if __name__ == "__main__":
