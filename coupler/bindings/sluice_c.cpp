@@ -107,7 +107,7 @@ int sluice_number(sluice_participant* self, char const* key, char const* unit, s
 {
     return call(self, "number", [&] {
         sluice::Bounds bounds;
-        bounds.unit = &needed(unit, "number: unit");
+        bounds.unit = self->keep(&needed(unit, "number: unit"));  // whoever describes the scene looks at it later
         std::string const name = &needed(key, "number: key");
         double& first = needed(values, "number: values");
         if (count == 1) {

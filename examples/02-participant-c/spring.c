@@ -1,19 +1,16 @@
 #include <sluice.h>
 
-static double x, v; /* m, m/s */
-
-static double pull(double partner) { return -39.5 * x - 157.9 * (x - partner); } /* N */
-
 /* A mass of 1 kg between two springs; at the other end of one of them sits the partner. */
 static int solve(sluice_participant* self)
 {
     char const *const place[] = {"place", NULL}, *partner;
+    double x, v = 0; /* m, m/s */
     double const* column = &x;
     size_t const size = 1;
     int64_t const id = 0;
     sluice_about about;
     sluice_window w;
-    sluice_frame begin, end;
+    sluice_frame other;
     int s, more;
     if ((s = sluice_number(self, "start", "m", 1, NULL, &x)) || (s = sluice_exchanges(self, place, place)) ||
         (s = sluice_end_config(self)) || (s = sluice_get_about(self, &about)) || about.checking ||
@@ -21,11 +18,11 @@ static int solve(sluice_participant* self)
         return s;
     if ((s = sluice_write(self, partner, "place", 1, &id, 1, &column, &size))) return s;
     while (!(s = sluice_next(self, &w, &more)) && more) {
-        if ((s = sluice_read(self, partner, "place", w.begin, &begin))) return s;
-        v += w.length / 2 * pull(begin.column[0][0]);
+        if ((s = sluice_read(self, partner, "place", w.begin, &other))) return s;
+        v += w.length / 2 * (-39.5 * x - 157.9 * (x - other.column[0][0])); /* N over kg */
         x += w.length * v;
-        if ((s = sluice_read(self, partner, "place", w.end, &end))) return s;
-        v += w.length / 2 * pull(end.column[0][0]);
+        if ((s = sluice_read(self, partner, "place", w.end, &other))) return s;
+        v += w.length / 2 * (-39.5 * x - 157.9 * (x - other.column[0][0]));
         if ((s = sluice_write(self, partner, "place", 1, &id, 1, &column, &size))) return s;
     }
     return s ? s : sluice_fact(self, "place at the end [m]", x);
