@@ -90,7 +90,7 @@ TEST_CASE("launch: without a launcher a survivor ends within 2 s and names the d
         auto const result = surviving.wait(10);
         CHECK(result.exit == 3);
         CHECK(result.seconds < 2.0);
-        CHECK(says(result, std::string("participant \"") + victim + "\" ended, or was silent"));
+        CHECK(says(result, std::string("participant \"") + victim + "\" is lost: its process"));
     }
 }
 
