@@ -47,7 +47,7 @@ TEST_CASE("start: on another host the words of remote, the host and the program,
     CHECK(!jobs[0].remote);
     CHECK(jobs[0].argv[0] == "/bin/true");
     CHECK(jobs[1].remote);
-    CHECK(jobs[1].argv == Words{"/usr/bin/ssh", "-o", "BatchMode=yes", "203.0.113.7", "'env'",
+    CHECK(jobs[1].argv == Words{"/usr/bin/ssh", "-o", "BatchMode=yes", "203.0.113.7", "exec", "'env'",
                                 "'SLUICE_END_WITH_PARENT=1'", "'/bin/true'", "'-x'", "'/shared/scene.yaml'", "'--as'",
                                 "'right'", "'--out'", "'/shared/run'", "'--set'", "'title=it'\\''s'"});
     auto const slurm = two_hosts({"srun", "-N1", "-w"});
