@@ -37,16 +37,14 @@ void Participant::Session::wait_for(int member, std::function<bool()> const& don
             continue;
         }
         look_for_requests();
+        look_for_newcomers();
         require(!said_bye[static_cast<std::size_t>(member)], [&] {
             return Error(fmt::format("participant \"{}\" left its run early; \"{}\" still needs it in {}.",
                                      name_of_member(member), name_of_member(self), where()),
                          Exit::peer_died);
         });
         if (!transport->lost(member)) continue;
-        if (seen_lost) {  // whatever it sent before it ended has been read by now
-            consequence = true;
-            throw lost_peer(member);
-        }
+        if (seen_lost) stop_because(lost_peer(member));  // whatever it sent before it ended has been read by now
         seen_lost = true;
     }
 }
@@ -57,14 +55,19 @@ void Participant::Session::handle(Transport::Incoming const& incoming)
     auto const& message = incoming.message;
     Header const header = open_message(message.bytes, peer_name);
     if (header.kind == MessageKind::hello) return handle_greeting(incoming.peer, text_of(message.bytes));
+    bool const ours = header.session == session;
     if (header.kind == MessageKind::abort) {
-        consequence = true;
-        throw Error(
+        if (!ours && header.session != 0 && scene.restart_on_death) return;  // from before it was started again
+        stop_because(Error(
             fmt::format("participant \"{}\" stopped in window {}: {}", peer_name, header.frame, text_of(message.bytes)),
-            Exit::peer_died);
+            Exit::peer_died));
     }
-    // A peer that met everybody first may send its first frame before we have met everybody: then no session is agreed.
-    require(session == 0 || header.session == session, [&] {
+    if (session == 0) {  // a peer that met everybody first does not wait until we have
+        early_.push_back(incoming);
+        return;
+    }
+    if (!ours && scene.restart_on_death) return;  // from before we met again
+    require(ours, [&] {
         return Error("message from \"" + peer_name + "\" of another run. End what is left of it.", Exit::protocol);
     });
     switch (header.kind) {
@@ -102,10 +105,8 @@ void Participant::Session::stalled(int member, Clock::time_point deadline)
     book(Activity::exchange);
     if (auto const incoming = transport->receive(milliseconds(1))) handle(*incoming);
     book(Activity::wait);
-    if (transport->lost(member)) {
-        consequence = true;
-        throw lost_peer(member);
-    }
+    if (transport->lost(member)) stop_because(lost_peer(member));
+    look_for_newcomers();
     require(Clock::now() < deadline, [&] {
         return Error("\"" + name_of_member(member) + "\" takes nothing in: no room to send within the time allowed.",
                      Exit::timeout);
@@ -164,6 +165,17 @@ void Participant::Session::open_channels()
 
 void Participant::Session::write(OutChannel& channel, std::span<std::int64_t const> ids,
                                  std::vector<std::span<double const>> const& columns)
+{
+    if (going_back_) return;  // this window will be computed again
+    try {
+        write_now(channel, ids, columns);
+    } catch (RollBack const& back) {
+        going_back_ = back.why;
+    }
+}
+
+void Participant::Session::write_now(OutChannel& channel, std::span<std::int64_t const> ids,
+                                     std::vector<std::span<double const>> const& columns)
 {
     if (!schedule) {
         channel.keep(ids, columns);

@@ -124,6 +124,17 @@ void Participant::Session::connect()
                      Exit::config);
     });
     if (!options.given) find_checkpoint();
+    join();
+    if (!options.given) trace = std::make_unique<Trace>(name_of_member(self));
+    if (!options.given && std::getenv(record_frames)) {
+        recording = std::make_unique<Recording>(options.directory / "recordings" / (name_of_member(self) + ".rec"),
+                                                scene.hash, scene.canonical);
+        recording->append(recorded_window, 0, std::as_bytes(std::span(&window_length, 1)));
+    }
+}
+
+void Participant::Session::join()
+{
     if (members.size() > 1) {
         Members const everybody{names, self};
         transport = options.transport ? std::move(options.transport)
@@ -131,6 +142,7 @@ void Participant::Session::connect()
         meet_all();
         transport->settle();
     }
+    agree_on_checkpoint();
     start_pace();
     for (Greeting const& g : greetings) session = XXH3_64bits_withSeed(&g.nonce, sizeof g.nonce, session);
     open_channels();
@@ -139,14 +151,14 @@ void Participant::Session::connect()
     for (auto const& channel : in) terms.push_back(channel.terms);
     schedule.emplace(terms, group != nullptr, std::max<std::int64_t>(0, mine().resumes));
     open_group();
-    if (!options.given) trace = std::make_unique<Trace>(name_of_member(self));
-    if (!options.given && std::getenv(record_frames)) {
-        recording = std::make_unique<Recording>(options.directory / "recordings" / (name_of_member(self) + ".rec"),
-                                                scene.hash, scene.canonical);
-        recording->append(recorded_window, 0, std::as_bytes(std::span(&window_length, 1)));
-    }
     status->phase = Phase::running;
     mark_ = Clock::now();
+    take_early();
+}
+
+void Participant::Session::take_early()
+{
+    for (auto const& incoming : std::exchange(early_, {})) handle(incoming);
 }
 
 std::string Participant::Session::command_of(int member) const
@@ -162,24 +174,34 @@ std::string Participant::Session::command_of(int member) const
     return text;
 }
 
-bool Participant::Session::greet(int member)
+//! A greeting says who we are and, once we have read the other's, that we have: `knows`, its nonce. Two have met when
+//! each has read that of the other. One greeting each way would not do: the process that read ours may be gone since,
+//! and another one have come in its place.
+void Participant::Session::greet(int member)
 {
+    auto const& known = greetings[static_cast<std::size_t>(member)];
+    auto& answered = answered_[static_cast<std::size_t>(member)];
+    if (answered == known.nonce) return;
     auto const& g = mine();
-    nlohmann::json hello = {
-        {"name", name_of_member(self)}, {"nonce", g.nonce},     {"window", g.window},  {"exact", g.exact},
-        {"can_store", g.can_store},     {"resumes", g.resumes}, {"scene", scene.hash}, {"canonical", scene.canonical}};
+    nlohmann::json hello = {{"name", name_of_member(self)}, {"process", g.process},
+                            {"knows", known.nonce},         {"nonce", g.nonce},
+                            {"window", g.window},           {"exact", g.exact},
+                            {"can_store", g.can_store},     {"resumes", g.resumes},
+                            {"scene", scene.hash},          {"canonical", scene.canonical}};
     if (g.box) hello["box"] = {g.box->min, g.box->max};
     for (auto const& [edge, mask] : g.columns) hello["columns"][std::to_string(edge)] = mask;
     auto const text = hello.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    return transport->try_send(member, encode_text({.kind = MessageKind::hello}, text));
+    if (transport->try_send(member, encode_text({.kind = MessageKind::hello}, text))) answered = known.nonce;
 }
 
-//! Whether a peer's process on this host is alive and busy before its first window, e.g. settling a packing.
-bool Participant::Session::is_preparing(int member) const
+//! Whether a peer's process on this host is alive and busy: before its first window, e.g. settling a packing, or in a
+//! window while others already go back.
+bool Participant::Session::is_busy(int member) const
 {
     if (options.given) return false;
     MappedStatus const page(status_file(options.directory, name_of_member(member)), MappedStatus::Mode::open);
-    return page && page->phase == Phase::preparing && page->pid > 0 && ::kill(page->pid, 0) == 0;
+    if (!page || page->pid <= 0 || ::kill(page->pid, 0) != 0) return false;
+    return page->phase == Phase::preparing || (page->phase == Phase::running && scene.restart_on_death);
 }
 
 //! Whether a peer's process on this host has ended well.
@@ -205,28 +227,29 @@ std::pair<std::string, std::string> Participant::Session::absent(std::vector<int
 
 void Participant::Session::meet_all()
 {
-    std::vector<char> greeted(greetings.size());
-    greeted[static_cast<std::size_t>(self)] = mine().arrived = true;
     auto start = transport->now();
     auto next_word = start + seconds(5);
     auto next_look = start;
     for (;;) {
         std::vector<int> missing;
-        bool preparing = false;
+        bool busy = false;
         bool const look = transport->now() >= next_look;  // at others' pages: files
         for (int m = 0; m < static_cast<int>(greetings.size()); ++m) {
             auto const at = static_cast<std::size_t>(m);
-            if (m != self && transport->lost(m))
-                greeted[at] = greetings[at].arrived = false;  // it may be started again
-            if (!greeted[at]) greeted[at] = greet(m);
-            if (greeted[at] && greetings[at].arrived) continue;
+            if (m == self) continue;
+            if (transport->lost(m)) {  // it may be started again
+                greetings[at] = {};
+                answered_[at].reset();
+            }
+            greet(m);
+            if (greetings[at].knows_us && answered_[at] == greetings[at].nonce) continue;
             missing.push_back(m);
-            preparing = preparing || (look && m != self && is_preparing(m));
+            busy = busy || (look && is_busy(m));
         }
         if (missing.empty()) return;
         auto const now = transport->now();
         if (look) next_look = now + milliseconds(100);
-        if (preparing) start = now;
+        if (busy) start = now;
         require(now - start < in_milliseconds(scene.connect_timeout), [&] {
             auto const [who, commands] = absent(missing);
             return Error(fmt::format("participant \"{}\": {} did not come within {} s. Start with:{}",
@@ -261,8 +284,9 @@ void Participant::Session::handle_greeting(int member, std::string const& text)
         name = hello.value("name", "");
         canonical = hello.value("canonical", "");
         hash = hello.value("scene", std::uint64_t{0});
-        g = {.arrived = true,
-             .nonce = hello.value("nonce", std::uint64_t{0}),
+        g = {.nonce = hello.value("nonce", std::uint64_t{0}),
+             .knows_us = hello.value("knows", std::uint64_t{0}) == mine().nonce,
+             .process = hello.value("process", 0),
              .window = hello.value("window", 0.0),
              .exact = hello.value("exact", false),
              .can_store = hello.value("can_store", false),
@@ -283,8 +307,14 @@ void Participant::Session::handle_greeting(int member, std::string const& text)
                      Exit::protocol);
     });
     auto& known = greetings[static_cast<std::size_t>(member)];
-    if (known.arrived) greet(member);  // it was started again: it does not know us
+    if (may_go_back() && g.nonce != known.nonce)
+        stop_because(Error(fmt::format("participant \"{}\" began anew while \"{}\" was in {}.", peer_name,
+                                       name_of_member(self), where()),
+                           Exit::peer_died));
+    if (!g.knows_us && answered_[static_cast<std::size_t>(member)] == g.nonce)
+        answered_[static_cast<std::size_t>(member)].reset();  // that greeting did not reach it
     known = std::move(g);
+    if (session != 0) greet(member);
 }
 
 }  // namespace sluice

@@ -57,7 +57,8 @@ Plan Participant::Session::next_plan(std::int64_t window)
     bool const by_time = when.interval > 0 && Clock::now() - pace.stored > std::chrono::duration<double>(when.interval);
     bool const by_count = when.windows > 0 && window >= pace.stored_window + when.windows;
     bool const asked = has(pace.requests, Request::checkpoint) || has(pace.requests, Request::stop);
-    plan.checkpoint = possible && (by_time || by_count || asked);
+    bool const first = scene.restart_on_death && pace.stored_window == 0;  // else there is nothing to go back to
+    plan.checkpoint = possible && (by_time || by_count || asked || first);
     plan.stop = has(pace.requests, Request::stop) && window > 0 && (plan.checkpoint || !all_can_store());
     if (plan.checkpoint) {
         pace.requests = 0;
@@ -177,7 +178,6 @@ State Participant::Session::state_before(std::int64_t window) const
 void Participant::Session::store(std::int64_t window)
 {
     book(Activity::exchange);
-    store_->prepare();
     auto const part = store_->write_part(window, name_of_member(self), state_before(window));
     for (auto& channel : out)
         for (auto& target : channel.targets) target.encoder.forget();
@@ -227,10 +227,12 @@ void Participant::Session::find_checkpoint()
 {
     store_ = std::make_unique<CheckpointStore>(options.directory, scene.checkpoint.keep);
     if (save) store_->prepare();
-    if (!options.resume) {
-        if (paces()) store_->discard_after(-1);  // of an earlier run: nobody shall go on from there
-        return;
-    }
+    if (options.resume) return load_newest();
+    if (paces()) store_->discard_after(-1);  // of an earlier run: nobody shall go on from there
+}
+
+void Participant::Session::load_newest()
+{
     require(static_cast<bool>(restore), [&] {
         return Error("participant \"" + name_of_member(self) +
                          "\" cannot be resumed: its solver does not keep its state. Start the run anew.",
@@ -254,6 +256,16 @@ void Participant::Session::find_checkpoint()
     if (paces()) store_->discard_after(found.manifest->window);  // before anybody can write a part of a newer one
 }
 
+//! The one who paces commits checkpoints: a newer one may have become complete after this process had looked.
+void Participant::Session::agree_on_checkpoint()
+{
+    if (std::any_of(greetings.begin(), greetings.end(), [](auto const& g) { return g.resumes < 0; })) return;
+    auto const agreed = greetings[static_cast<std::size_t>(pacer)].resumes;
+    if (mine().resumes != agreed) load_newest();
+    for (std::size_t m = 0; m < greetings.size(); ++m)
+        if (static_cast<int>(m) != self) greetings[m].resumes = agreed;
+}
+
 //! After everybody was met: the channels and the solver as they were at the checkpoint.
 void Participant::Session::resume()
 {
@@ -271,6 +283,7 @@ void Participant::Session::resume()
     begin_ = state.integer("begin");
     pace.length = state.integer("next_length");
     pace.stored_window = window;
+    pace.stored = Clock::now();
     next_planned_ = window;
     window_length = pace.scale.window = state.number("first_window");
     resumed_plan_ = Plan{.window = window, .begin = begin_, .length = state.integer("length")};

@@ -102,12 +102,15 @@ Participant::Session::Session(JoinOptions given)
       status(make_status(options, name_of_member(self), lock)),
       greetings(members.size()),
       said_bye(members.size()),
+      answered_(members.size()),
+      may_reconnect_(!options.transport),
       waited_(scene.participants.size())
 {
     status->pid = ::getpid();
     status->phase = Phase::preparing;
     std::random_device random;
     mine().nonce = random() | std::uint64_t{random()} << 32;
+    mine().process = ::getpid();
     auto const inside = [&](Edge const& e) {
         auto const has = [&](int p) {
             return group &&
@@ -174,6 +177,18 @@ void Participant::Session::book(Activity activity)
 
 bool Participant::Session::advance(Window& window)
 {
+    for (;;) {
+        try {
+            if (going_back_) go_back(*std::exchange(going_back_, std::nullopt));
+            return advance_once(window);
+        } catch (RollBack const& back) {
+            going_back_ = back.why;
+        }
+    }
+}
+
+bool Participant::Session::advance_once(Window& window)
+{
     if (computing) end_computing();
     for (;;) {
         Action const action = schedule->next();
@@ -199,6 +214,7 @@ bool Participant::Session::advance(Window& window)
                 open_window(window, action);
                 return true;
             case Action::Kind::finish:
+                if (may_go_back()) say_goodbye();  // while there still is a solver that can go back
                 stopped = schedule->stopped();
                 book(Activity::exchange);
                 return false;
@@ -288,6 +304,17 @@ void Participant::Session::check_account(Account const& account)
 
 bool Participant::Session::settle()
 {
+    if (going_back_) return false;
+    try {
+        return settle_now();
+    } catch (RollBack const& back) {
+        going_back_ = back.why;
+        return false;
+    }
+}
+
+bool Participant::Session::settle_now()
+{
     if (!computing) return true;  // asked twice
     auto const window = plan_.window;
     end_computing();
@@ -309,7 +336,13 @@ void Participant::Session::leave()
                      Exit::internal);
     });
     if (recording) recording->close();
-    if (!transport) return;
+    leaving_ = true;
+    say_goodbye();
+}
+
+void Participant::Session::say_goodbye()
+{
+    if (!transport || said_goodbye_) return;
     finish_checkpoint();
     Header header{.kind = MessageKind::bye, .session = session, .frame = status->window};
     seal(header);
@@ -325,11 +358,12 @@ void Participant::Session::leave()
                 handle(*incoming);
             else if (transport->lost(static_cast<int>(m)) && ++lost > 1) {
                 if (is_done(static_cast<int>(m))) break;  // it said so elsewhere: its last words did not get through
-                consequence = true;
-                throw lost_peer(static_cast<int>(m));
-            }
+                stop_because(lost_peer(static_cast<int>(m)));
+            } else
+                look_for_newcomers();
         }
     }
+    said_goodbye_ = true;
     book(Activity::wait);
 }
 
@@ -387,6 +421,7 @@ void Participant::Session::write_summary(int exit) const
     for (auto const& channel : in)
         if (channel.account) summary["ledger"].push_back(channel.account->summary());
     if (resumed_at > 0) summary["resumed_at"] = resumed_at;
+    if (rollbacks_ > 0) summary["rollbacks"] = rollbacks_;
     auto const base = options.directory / ".sluice" / name_of_member(self);
     write_atomically(base.string() + ".json", summary.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
     std::string effective;

@@ -35,9 +35,10 @@ std::string name_of(Scene const& scene, Member const& member);
 //! What a process said about itself at the handshake.
 struct Greeting
 {
-    bool arrived = false;
-    std::uint64_t nonce = 0;
-    double window = 0;  //!< proposed, s; 0: none
+    std::uint64_t nonce = 0;  //!< of its life: another one each time it begins to meet the others; 0: it has not come
+    bool knows_us = false;    //!< it has read our greeting
+    int process = 0;          //!< its id, on its host
+    double window = 0;        //!< proposed, s; 0: none
     bool exact = false;
     bool can_store = false;                     //!< its solver keeps its state
     std::int64_t resumes = -1;                  //!< window of the checkpoint that it goes on from; -1: none
@@ -70,8 +71,16 @@ inline constexpr std::uint32_t recorded_window = 0xffff'fff0;
 std::int32_t asked_by_signal();
 
 //! Everything behind a Participant. Order of life: configuration, connect(), windows, leave().
+//! With on-death: restart a process that loses a peer goes back: it meets all again, and then goes on from the newest
+//! checkpoint (rollback.cpp).
 struct Participant::Session
 {
+    //! Thrown where a peer is found dead, caught where the solver calls: it is advance() that goes back.
+    struct RollBack
+    {
+        Error why;
+    };
+
     explicit Session(JoinOptions options);
 
     void connect();                //!< transport, handshake, window length, the state that is resumed
@@ -134,11 +143,25 @@ struct Participant::Session
     void stalled(int member, Clock::time_point deadline);
     void broadcast(std::span<std::byte const> bytes);
 
-    bool greet(int member);  //!< false: no connection yet
+    void write_now(OutChannel& channel, std::span<std::int64_t const> ids,
+                   std::vector<std::span<double const>> const& columns);
+    bool advance_once(Window& window);
+    bool settle_now();
+    void say_goodbye();
+
+    bool may_go_back() const;
+    void look_for_newcomers();
+    [[noreturn]] void stop_because(Error const& why);  //!< of a peer's end: throws RollBack if this one may go back
+    void go_back(Error const& why);
+    void forget_session();
+
+    void join();             //!< meets all; then the session, the channels and the state are agreed
+    void greet(int member);  //!< unless it has been told all there is to tell, or there is no connection yet
     void meet_all();
     std::pair<std::string, std::string> absent(std::vector<int> const& who) const;
     void handle_greeting(int member, std::string const& text);
-    bool is_preparing(int member) const;
+    bool is_busy(int member) const;
+    void take_early();
     bool is_done(int member) const;
 
     void handle(Transport::Incoming const& incoming);
@@ -167,6 +190,8 @@ struct Participant::Session
     void finish_checkpoint();
     State state_before(std::int64_t window) const;
     void find_checkpoint();
+    void load_newest();
+    void agree_on_checkpoint();
     void resume();
 
     void take_frame(Samples::Source& channel, Action const& action);
@@ -186,6 +211,15 @@ struct Participant::Session
     void open_window(Window& window, Action const& action);
     void book(Activity activity);  //!< the time since the last call
 
+    //! Per member: which of its lives our last greeting answered, as its nonce; 0: none yet; nothing: not greeted.
+    std::vector<std::optional<std::uint64_t>> answered_;
+    std::deque<Transport::Incoming> early_;  //!< came before the session was agreed
+    std::optional<Error> going_back_;        //!< why; the solver has yet to call advance()
+    bool leaving_ = false;                   //!< the solver has left its loop
+    bool said_goodbye_ = false;
+    bool const may_reconnect_;  //!< the transport is of its own making
+    int rollbacks_ = 0;
+    Clock::time_point newcomers_looked_for_ = Clock::now();
     bool ledger_warned_ = false;
     Plan plan_;
     std::deque<Plan> told_;  //!< by the one who paces, not used yet

@@ -10,7 +10,9 @@
 
 #include "coupler/base/error.hpp"
 #include "coupler/cli/post_mortem.hpp"
+#include "coupler/cli/restarts.hpp"
 #include "coupler/cli/signals.hpp"
+#include "coupler/cli/watchdog.hpp"
 
 namespace sluice {
 namespace {
@@ -25,13 +27,21 @@ constexpr milliseconds mpirun_grace{1600};  // mpirun says how a process ended i
 constexpr milliseconds term_time{200};      // between SIGTERM and SIGKILL
 constexpr seconds time_to_stop{15};         // Slurm kills 30 s after its SIGTERM
 
+std::vector<std::string> names_of(std::vector<CrewMember> const& members)
+{
+    std::vector<std::string> names;
+    for (auto const& member : members) names.push_back(member.name);
+    return names;
+}
+
 //! One run, from start to end.
 class Run
 {
  public:
     Run(Scene const& scene, std::filesystem::path const& directory, Begin begin, std::string resume)
         : crew_{.scene = scene, .directory = directory, .members = members_of_crew(scene), .pages = {}, .jobs = {}},
-          resume_(std::move(resume))
+          resume_(std::move(resume)),
+          watchdog_(names_of(crew_.members), scene.window_timeout)
     {
         adopt_orphans();
         crew_.jobs = jobs_of(scene, crew_.members, directory, begin);
@@ -42,6 +52,7 @@ class Run
     }
 
     RunEnding watch(Progress& progress);
+    int restarts() const { return restarts_.total(); }
 
  private:
     bool one_failed();
@@ -50,10 +61,13 @@ class Run
     void end_all(Clock::time_point first_failure, std::optional<std::size_t>& root);
     void hear_user();
     RunEnding ended_by_force(std::string const& why);
+    std::string look_after_progress(Progress& progress);
 
     Crew crew_;
     std::string resume_;
     UserSignals signals_;
+    Restarts restarts_;
+    Watchdog watchdog_;
     int stop_signal_ = 0;
     std::optional<Clock::time_point> stop_by_ = {};  //!< the run was asked to stop, and is ended at this time
 };
@@ -92,7 +106,8 @@ RunEnding Run::failed()
 {
     auto root = root_cause(crew_);
     end_all(Clock::now(), root);
-    auto const verdict = explain(crew_, root);
+    auto verdict = explain(crew_, root);
+    if (!restarts_.why_not().empty()) verdict.message += "\n  " + restarts_.why_not();
     return {.exit = verdict.exit, .message = verdict.message};
 }
 
@@ -141,14 +156,32 @@ void Run::hear_user()
     *stop_by_ += time_to_stop;
 }
 
+//! Not empty: the run is to end, since a window takes too long.
+std::string Run::look_after_progress(Progress& progress)
+{
+    auto const finding = watchdog_.look(crew_.pages, Clock::now());
+    if (!finding) return {};
+    if (finding->fatal) return finding->text;
+    progress.clear();
+    std::fprintf(stderr, "%s\n", finding->text.c_str());
+    return {};
+}
+
 RunEnding Run::watch(Progress& progress)
 {
     for (;; std::this_thread::sleep_for(tick)) {
         crew_.map_pages();
         hear_user();
         if (stop_by_ && Clock::now() >= *stop_by_) return ended_by_force(::strsignal(stop_signal_));
-        if (one_failed()) return failed();
-        if (crew_.all_ended()) return well();
+        if (one_failed()) {
+            if (!stop_by_ && restarts_.deal_with(crew_)) continue;
+            return failed();
+        }
+        if (crew_.all_ended() && crew_.all_done()) return well();
+        if (auto const why = look_after_progress(progress); !why.empty()) {
+            (void)ended_by_force({});
+            return {.exit = static_cast<int>(Exit::timeout), .message = why};
+        }
         progress.show(crew_.pages);
     }
 }
@@ -163,6 +196,7 @@ RunEnding launch(Scene const& scene, std::filesystem::path const& directory, Pro
     {
         Run run(scene, directory, begin, resume);
         ending = run.watch(progress);
+        ending.restarts = run.restarts();
     }
     end_orphans();
     progress.clear();

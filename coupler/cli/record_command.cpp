@@ -17,7 +17,8 @@ int replay_command(Options options)
     auto const run = std::filesystem::absolute(options.runs.at(0));
     options.choice.scene = run / "scene.yaml";
     require(std::filesystem::exists(options.choice.scene), [&] {
-        return Error(run.string() + ": no scene.yaml (needed: the directory of a run made by sluice record).", Exit::io);
+        return Error(run.string() + ": no scene.yaml (needed: the directory of a run made by sluice record).",
+                     Exit::io);
     });
     auto const loaded = load_scene(options.choice.scene, options.choice.overrides);
     loaded.diagnostics->throw_if_any();

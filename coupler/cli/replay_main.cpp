@@ -83,8 +83,9 @@ class Frames
             if (!record) return nullptr;
             auto const at = edges_.find(record->edge);
             require(at != edges_.end(), [&] {
-                return Error(file_.string() + ": has an edge that the scene does not have. Take the recorded run's scene.",
-                             Exit::protocol);
+                return Error(
+                    file_.string() + ": has an edge that the scene does not have. Take the recorded run's scene.",
+                    Exit::protocol);
             });
             auto const bytes = std::make_shared<Bytes>(record->bytes.begin(), record->bytes.end());
             auto const header = open_message(*bytes, file_.string());

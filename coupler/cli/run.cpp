@@ -32,6 +32,7 @@ NameLock lock_directory(path const& directory)
 void collect_and_show(Options const& o, Scene const& scene, RunEnding const& ending, RunRecord const& record)
 {
     try {
+        record.write(o.directory);
         auto const summary = collect(scene, o.directory, ending, record.parts);
         if (o.json)
             print_json(summary);
@@ -53,9 +54,8 @@ int carry_out(Options const& o, CheckedScene const& checked, RunRecord record, B
     for (auto const& member : members_of_crew(scene)) names.push_back(member.name);
     Progress progress(names, o.quiet);
     auto const ending = launch(scene, o.directory, progress, begin, "sluice resume " + o.directory.string());
-    record.parts.push_back(ending.wall_seconds);
-    record.write(o.directory);
     if (ending.exit != 0) std::fprintf(stderr, "%s\n", ending.message.c_str());
+    record.parts.push_back(ending.wall_seconds);
     collect_and_show(o, scene, ending, record);
     if (ending.exit != 0) return ending.exit;
     std::string why_not;

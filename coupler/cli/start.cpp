@@ -127,7 +127,7 @@ bool is_this_machine(std::string const& host)
 
 std::vector<std::string> quoted_for_shell(std::vector<std::string> const& words)
 {
-    std::vector<std::string> quoted;
+    std::vector<std::string> quoted{"exec"};  // no shell stays between the program and the connection
     for (auto const& word : words) {
         std::string text = "'";
         for (char const c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
