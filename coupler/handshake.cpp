@@ -142,6 +142,7 @@ void Participant::Session::connect()
     if (!options.given) trace = std::make_unique<Trace>(name_of_member(self));
     status->phase = Phase::running;
     mark_ = Clock::now();
+    looked_ = now();
 }
 
 std::string Participant::Session::command_of(int member) const
@@ -160,9 +161,15 @@ std::string Participant::Session::command_of(int member) const
 bool Participant::Session::greet(int member)
 {
     auto const& g = mine();
-    nlohmann::json hello = {
-        {"name", name_of_member(self)}, {"nonce", g.nonce},     {"window", g.window},  {"exact", g.exact},
-        {"can_store", g.can_store},     {"resumes", g.resumes}, {"scene", scene.hash}, {"canonical", scene.canonical}};
+    nlohmann::json hello = {{"name", name_of_member(self)},
+                            {"nonce", g.nonce},
+                            {"window", g.window},
+                            {"exact", g.exact},
+                            {"can_store", g.can_store},
+                            {"resumes", g.resumes},
+                            {"scene", scene.hash},
+                            {"canonical", scene.canonical},
+                            {"heard", greetings[static_cast<std::size_t>(member)].arrived}};
     if (g.box) hello["box"] = {g.box->min, g.box->max};
     for (auto const& [edge, mask] : g.columns) hello["columns"][std::to_string(edge)] = mask;
     auto const text = hello.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -243,11 +250,13 @@ void Participant::Session::handle_greeting(int member, std::string const& text)
     refuse_unless(hello.is_object());
     Greeting g;
     std::string name, canonical;
+    bool heard = false;
     std::uint64_t hash = 0;
     try {
         name = hello.value("name", "");
         canonical = hello.value("canonical", "");
         hash = hello.value("scene", std::uint64_t{0});
+        heard = hello.value("heard", false);
         g = {.arrived = true,
              .nonce = hello.value("nonce", std::uint64_t{0}),
              .window = hello.value("window", 0.0),
@@ -270,7 +279,17 @@ void Participant::Session::handle_greeting(int member, std::string const& text)
                      Exit::protocol);
     });
     auto& known = greetings[static_cast<std::size_t>(member)];
-    if (known.arrived) greet(member);  // it was started again: it does not know us
+    if (session != 0) {  // the run goes on: nothing may be sent here, a frame may be half sent
+        require(g.nonce == known.nonce, [&] {
+            return Error("participant \"" + peer_name +
+                             "\" was started again while its run went on. End what is left of " +
+                             "it, and start all of them.",
+                         Exit::protocol);
+        });
+        return;
+    }
+    // It may have been started again and not know us. An answer says that it is one: else the two would answer forever.
+    if (known.arrived && !heard) greet(member);
     known = std::move(g);
 }
 

@@ -312,7 +312,7 @@ void Participant::Session::leave()
     finish_checkpoint();
     Header header{.kind = MessageKind::bye, .session = session, .frame = status->window};
     seal(header);
-    auto const deadline = Clock::now() + in_milliseconds(scene.connect_timeout);
+    auto const deadline = now() + in_milliseconds(scene.connect_timeout);
     said_bye[static_cast<std::size_t>(self)] = true;
     for (int m = 0; m < static_cast<int>(members.size()); ++m)
         if (m != self) send(m, bytes_of(header), deadline);
