@@ -104,6 +104,7 @@ Participant::Session::Session(JoinOptions given)
       said_bye(members.size()),
       waited_(scene.participants.size())
 {
+    verdicts_.resize(members.size());  // one may come before everybody has met
     status->pid = ::getpid();
     status->phase = Phase::preparing;
     std::random_device random;
