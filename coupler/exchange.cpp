@@ -107,7 +107,7 @@ void Participant::Session::stalled(int member, Clock::time_point deadline)
     book(Activity::wait);
     if (transport->lost(member)) stop_because(lost_peer(member));
     look_for_newcomers();
-    require(Clock::now() < deadline, [&] {
+    require(now() < deadline, [&] {
         return Error("\"" + name_of_member(member) + "\" takes nothing in: no room to send within the time allowed.",
                      Exit::timeout);
     });
@@ -183,12 +183,11 @@ void Participant::Session::write_now(OutChannel& channel, std::span<std::int64_t
         return;
     }
     auto const& action = schedule->next();
-    require(computing && (channel.written <= plan_.window || (channel.inside && channel.iteration < action.iteration)),
-            [&] {
-                return Error("participant \"" + name_of_member(self) + "\" wrote " + channel.spec.name + " twice in " +
-                                 where() + ", or between two windows (once at the end of each).",
-                             Exit::internal);
-            });
+    require(computing && (channel.written <= plan_.window || (group && channel.iteration < action.iteration)), [&] {
+        return Error("participant \"" + name_of_member(self) + "\" wrote " + channel.spec.name + " twice in " +
+                         where() + ", or between two windows (once at the end of each).",
+                     Exit::internal);
+    });
     channel.written = plan_.window + 1;
     channel.iteration = action.iteration;
     book(Activity::compute);
@@ -202,8 +201,7 @@ void Participant::Session::write_now(OutChannel& channel, std::span<std::int64_t
 void Participant::Session::require_written(std::int64_t frame) const
 {
     for (auto const& channel : out)
-        require(channel.written == frame &&
-                    (!channel.inside || frame == 0 || channel.iteration == schedule->next().iteration),
+        require(channel.written == frame && (!group || frame == 0 || channel.iteration == schedule->next().iteration),
                 [&] {
                     return Error("participant \"" + name_of_member(self) + "\" wrote nothing to \"" +
                                      scene.participants[static_cast<std::size_t>(channel.edge.to)].name + "\" before " +

@@ -64,7 +64,6 @@ void Participant::Session::open_group()
                     if (in[c].number == e) blocks_.push_back({c, number, {acceleration_, number, columns}});
         }
     }
-    verdicts_.resize(members.size());
     if (resumed_group_) take_group_state(*std::exchange(resumed_group_, std::nullopt));
 }
 

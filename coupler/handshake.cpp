@@ -153,6 +153,7 @@ void Participant::Session::join()
     open_group();
     status->phase = Phase::running;
     mark_ = Clock::now();
+    looked_ = now();
     take_early();
 }
 
@@ -311,6 +312,11 @@ void Participant::Session::handle_greeting(int member, std::string const& text)
         stop_because(Error(fmt::format("participant \"{}\" began anew while \"{}\" was in {}.", peer_name,
                                        name_of_member(self), where()),
                            Exit::peer_died));
+    require(session == 0 || g.nonce == known.nonce, [&] {
+        return Error("participant \"" + peer_name +
+                         "\" was started again while its run went on. End what is left of it, and start all of them.",
+                     Exit::protocol);
+    });
     if (!g.knows_us && answered_[static_cast<std::size_t>(member)] == g.nonce)
         answered_[static_cast<std::size_t>(member)].reset();  // that greeting did not reach it
     known = std::move(g);

@@ -73,8 +73,8 @@ void Participant::Session::plan_window(std::int64_t window)
 {
     look_for_requests();
     if (paces()) {
-        if (transport && Clock::now() - looked_ > std::chrono::milliseconds(20)) {  // it may wait for nobody
-            looked_ = Clock::now();
+        if (transport && now() - looked_ > std::chrono::milliseconds(20)) {  // it may wait for nobody
+            looked_ = now();
             while (auto const incoming = transport->receive(std::chrono::microseconds(0))) handle(*incoming);
         }
         if (resumed_plan_) {

@@ -106,6 +106,7 @@ Participant::Session::Session(JoinOptions given)
       may_reconnect_(!options.transport),
       waited_(scene.participants.size())
 {
+    verdicts_.resize(members.size());  // one may come before everybody has met
     status->pid = ::getpid();
     status->phase = Phase::preparing;
     std::random_device random;
@@ -346,7 +347,7 @@ void Participant::Session::say_goodbye()
     finish_checkpoint();
     Header header{.kind = MessageKind::bye, .session = session, .frame = status->window};
     seal(header);
-    auto const deadline = Clock::now() + in_milliseconds(scene.connect_timeout);
+    auto const deadline = now() + in_milliseconds(scene.connect_timeout);
     said_bye[static_cast<std::size_t>(self)] = true;
     for (int m = 0; m < static_cast<int>(members.size()); ++m)
         if (m != self) send(m, bytes_of(header), deadline);

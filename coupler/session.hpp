@@ -99,6 +99,8 @@ struct Participant::Session
     std::string const& name_of_member(int member) const { return names[static_cast<std::size_t>(member)]; }
     Greeting& mine() { return greetings[static_cast<std::size_t>(self)]; }
     bool paces() const { return self == pacer; }
+    //! What deadlines are kept by; times for the report come from Clock itself.
+    Clock::time_point now() const { return transport ? transport->now() : Clock::now(); }
 
     JoinOptions options;
     LoadedScene loaded;
@@ -255,7 +257,7 @@ struct Participant::Session
     std::vector<std::deque<Said>> verdicts_;  //!< per member
     Clock::time_point start_ = Clock::now();
     Clock::time_point mark_ = Clock::now();
-    Clock::time_point looked_ = Clock::now();
+    Clock::time_point looked_ = {};
 };
 
 }  // namespace sluice
