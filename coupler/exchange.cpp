@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "coupler/session.hpp"
+#include "coupler/transport/buffer.hpp"
 
 namespace sluice {
 namespace {
@@ -190,10 +191,12 @@ void Participant::Session::write_now(OutChannel& channel, std::span<std::int64_t
             });
     channel.written = plan_.window + 1;
     channel.iteration = action.iteration;
+    book(Activity::compute);
     if (group && !channel.inside)
         channel.keep(ids, columns);
     else
         emit(channel, channel.written, action.iteration, ids, columns);
+    book(Activity::exchange);
 }
 
 void Participant::Session::require_written(std::int64_t frame) const
@@ -231,6 +234,7 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
             if (source.edge.from == channel.edge.to && !source.spec.meshless && !source.history.empty()) back = &source;
     bool const counted = channel.account && channel.targets.size() > 1;  // else what is written is sent, untouched
     std::vector<int> went(counted ? ids.size() : 0);                     // to how many processes each point went
+    if (recording) record(channel, {frame, ticks, 0, ids, columns});
     for (std::size_t t = 0; t < channel.targets.size(); ++t) {
         auto& target = channel.targets[t];
         await_credit(channel, target, frame);
@@ -264,6 +268,16 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
         commit(target.member, target.encoder.encode(outgoing, session, name_of_member(self), room));
     }
     if (counted) book_sent(channel, columns, went);
+}
+
+//! A frame as the solver wrote it, whole.
+void Participant::Session::record(OutChannel const& channel, Outgoing const& frame)
+{
+    FrameEncoder encoder(channel.spec, scene.dimension, static_cast<std::uint32_t>(channel.number));
+    Buffer buffer;
+    auto const room = buffer.room(encoder.bound(frame.ids.size()));
+    auto const size = encoder.encode(frame, session, name_of_member(self), room);
+    recording->append(static_cast<std::uint32_t>(channel.number), frame.index, room.first(size));
 }
 
 //! What was written, and where it went: amounts that add up must go to exactly one process, or lie outside of all.

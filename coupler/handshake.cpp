@@ -126,6 +126,11 @@ void Participant::Session::connect()
     if (!options.given) find_checkpoint();
     join();
     if (!options.given) trace = std::make_unique<Trace>(name_of_member(self));
+    if (!options.given && std::getenv(record_frames)) {
+        recording = std::make_unique<Recording>(options.directory / "recordings" / (name_of_member(self) + ".rec"),
+                                                scene.hash, scene.canonical);
+        recording->append(recorded_window, 0, std::as_bytes(std::span(&window_length, 1)));
+    }
 }
 
 void Participant::Session::join()
@@ -197,6 +202,14 @@ bool Participant::Session::is_busy(int member) const
     MappedStatus const page(status_file(options.directory, name_of_member(member)), MappedStatus::Mode::open);
     if (!page || page->pid <= 0 || ::kill(page->pid, 0) != 0) return false;
     return page->phase == Phase::preparing || (page->phase == Phase::running && scene.restart_on_death);
+}
+
+//! Whether a peer's process on this host has ended well.
+bool Participant::Session::is_done(int member) const
+{
+    if (options.given) return false;
+    MappedStatus const page(status_file(options.directory, name_of_member(member)), MappedStatus::Mode::open);
+    return page && page->phase == Phase::done;
 }
 
 //! Who has not come, with what is known about why, and the commands that start them.

@@ -153,9 +153,9 @@ Error Participant::Session::lost_peer(int member) const
 {
     auto const trouble = transport->trouble(member);
     auto const what =
-        trouble.empty() ? fmt::format("ended, or was silent for {} s", scene.silence_timeout) : "is lost: " + trouble;
-    return Error(fmt::format("participant \"{}\" {}, while \"{}\" was in {}. Look at its log.", name_of_member(member),
-                             what, name_of_member(self), where()),
+        trouble.empty() ? fmt::format("it ended, or was silent for {} s", scene.silence_timeout) : trouble;
+    return Error(fmt::format("participant \"{}\" is lost: {}, while \"{}\" was in {}. Look at its log.",
+                             name_of_member(member), what, name_of_member(self), where()),
                  Exit::peer_died);
 }
 
@@ -335,6 +335,7 @@ void Participant::Session::leave()
                          "\" left its loop over the windows before their end, in " + where() + ".",
                      Exit::internal);
     });
+    if (recording) recording->close();
     leaving_ = true;
     say_goodbye();
 }
@@ -355,9 +356,10 @@ void Participant::Session::say_goodbye()
             auto const incoming = transport->receive(std::chrono::milliseconds(100));
             if (incoming)
                 handle(*incoming);
-            else if (transport->lost(static_cast<int>(m)) && ++lost > 1)
+            else if (transport->lost(static_cast<int>(m)) && ++lost > 1) {
+                if (is_done(static_cast<int>(m))) break;  // it said so elsewhere: its last words did not get through
                 stop_because(lost_peer(static_cast<int>(m)));
-            else
+            } else
                 look_for_newcomers();
         }
     }

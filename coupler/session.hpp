@@ -9,6 +9,7 @@
 #include "coupler/base/ticks.hpp"
 #include "coupler/channel.hpp"
 #include "coupler/record/checkpoint.hpp"
+#include "coupler/record/recording.hpp"
 #include "coupler/record/trace.hpp"
 #include "coupler/schedule/acceleration.hpp"
 
@@ -62,6 +63,9 @@ struct Pace
     Clock::time_point stored = Clock::now();  //!< when the last checkpoint was taken
     std::int64_t stored_window = 0;
 };
+
+//! "Edge" of a recording's first record: the length of the first window [s] as a double.
+inline constexpr std::uint32_t recorded_window = 0xffff'fff0;
 
 //! What a signal asked of this process since the last call: bits of Request.
 std::int32_t asked_by_signal();
@@ -128,6 +132,7 @@ struct Participant::Session
     nlohmann::ordered_json skipped = nlohmann::ordered_json::array();
     std::int64_t bytes_sent = 0;
     std::unique_ptr<Trace> trace;
+    std::unique_ptr<Recording> recording;
 
  private:
     void wait_for(int member,
@@ -157,6 +162,7 @@ struct Participant::Session
     void handle_greeting(int member, std::string const& text);
     bool is_busy(int member) const;
     void take_early();
+    bool is_done(int member) const;
 
     void handle(Transport::Incoming const& incoming);
     void open_channels();
@@ -165,6 +171,7 @@ struct Participant::Session
               std::vector<std::span<double const>> const& columns);
     void book_sent(OutChannel& channel, std::vector<std::span<double const>> const& columns,
                    std::vector<int> const& went);
+    void record(OutChannel const& channel, Outgoing const& frame);
     void emit_kept(std::int64_t frame);
     void require_written(std::int64_t frame) const;
     void await_frame(Action const& action);

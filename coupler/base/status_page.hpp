@@ -78,6 +78,9 @@ class MappedStatus
 //! Set by a launcher whose child starts the participants (mpirun): they then end with that child.
 inline constexpr char const* parent_death = "SLUICE_END_WITH_PARENT";
 
+//! Set by `sluice record`: every process writes the frames that it sends to RUN/recordings/NAME.rec.
+inline constexpr char const* record_frames = "SLUICE_RECORD";
+
 inline std::filesystem::path status_file(std::filesystem::path const& directory, std::string const& participant)
 {
     return directory / ".sluice" / (participant + ".status");

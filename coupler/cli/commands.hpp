@@ -20,7 +20,7 @@ struct Options
     std::vector<std::filesystem::path> runs;  //!< report, watch
     std::filesystem::path page;               //!< report -o, schema -o
     std::string word;                         //!< init: the template; explain: what
-    std::vector<std::string> names;           //!< keygen: participants, or a scene
+    std::vector<std::string> names;           //!< keygen: participants, or a scene; replay: who is run
     bool once = false;                        //!< watch
     std::filesystem::path paths_in;           //!< schema --paths: the scene
 };
@@ -32,6 +32,8 @@ int check_command(Options const& options);
 int graph_command(Options const& options);
 int schema_command(Options const& options);
 int report_command(Options options);
+int record_command(Options const& options);
+int replay_command(Options options);
 int explain_command(Options const& options);
 int init_command(Options options);
 int doctor_command(Options const& options);

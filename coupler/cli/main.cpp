@@ -45,6 +45,27 @@ void add_resume(CLI::App& app, Options& o, Actions& actions)
     actions.emplace_back(resume, [&o] { return resume_command(o); });
 }
 
+void add_replay(CLI::App& app, Options& o, Actions& actions)
+{
+    auto* const record = app.add_subcommand("record", "run, and write down every frame that is sent");
+    add_scene(record, o);
+    record->add_option("--out", o.directory, "directory for results (runs/SCENE)");
+    record->add_flag("--quiet", o.quiet, "say nothing but errors");
+    record->add_flag("!--no-report", o.report, "make no report.html");
+    record->add_flag("--json", o.json, "print summary.json at the end");
+    actions.emplace_back(record, [&o] { return record_command(o); });
+    auto* const replay = app.add_subcommand("replay",
+                                            "run some participants of a recorded run against the recordings "
+                                            "of the others");
+    replay->add_option("RUN", o.runs, "directory of a run made by sluice record")->required()->expected(1);
+    replay->add_option("--only", o.names, "participants that are really started")->required();
+    replay->add_option("--set", o.choice.overrides, "path=value: change the scene")->allow_extra_args(false);
+    replay->add_option("--out", o.directory, "directory for results (RUN_replay)");
+    replay->add_flag("--quiet", o.quiet, "say nothing but errors");
+    replay->add_flag("!--no-report", o.report, "make no report.html");
+    actions.emplace_back(replay, [&o] { return replay_command(o); });
+}
+
 void add_before_run(CLI::App& app, Options& o, Actions& actions)
 {
     auto* const check = app.add_subcommand("check", "find every mistake of a scene without running it");
@@ -150,6 +171,7 @@ int main(int argc, char** argv)
     add_resume(app, o, actions);
     add_before_run(app, o, actions);
     add_schema(app, o, actions);
+    add_replay(app, o, actions);
     add_keygen(app, o, actions);
     add_after_run(app, o, actions);
     add_help(app, o, actions);

@@ -1,5 +1,6 @@
 # What `cmake --install` leaves: commands, solvers, report scripts, scenes, and for a participant of one's own the
-# library libsluice with the headers that coupler/coupler.hpp needs, found by find_package(sluice) and pkg-config.
+# library libsluice with the headers that coupler/coupler.hpp needs, found by find_package(sluice) and pkg-config; for
+# one in C or Python libsluice_c with sluice.h and sluice.py.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -39,7 +40,7 @@ endforeach()
 
 # Commands. From the place of `sluice` solvers are looked for beside it, its own files (report scripts and the like) in
 # ../share/sluice: there they lie in the build too.
-install(TARGETS sluice RUNTIME DESTINATION bin)
+install(TARGETS sluice sluice_replay RUNTIME DESTINATION bin)
 foreach(solver ${SLUICE_SOLVERS})
   if(TARGET ${solver}.choose)
     install(TARGETS ${solver}.choose RUNTIME DESTINATION bin)
@@ -62,8 +63,13 @@ if(EXISTS ${CMAKE_SOURCE_DIR}/coupler/cli/completion/sluice.bash)
           RENAME sluice)
 endif()
 
-# find_package(sluice) and its target sluice::coupler.
-install(TARGETS sluice_shared EXPORT sluice LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+# For C and Python: sluice.h, libsluice_c, sluice.py where Debian's python3 looks for it if the prefix is /usr.
+target_include_directories(sluice_c INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/sluice>)
+install(FILES ${CMAKE_SOURCE_DIR}/coupler/bindings/sluice.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sluice)
+install(FILES ${CMAKE_SOURCE_DIR}/coupler/bindings/python/sluice.py DESTINATION lib/python3/dist-packages)
+
+# find_package(sluice) and its targets sluice::coupler and sluice::c.
+install(TARGETS sluice_shared sluice_c EXPORT sluice LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 set(cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/sluice)
 install(EXPORT sluice NAMESPACE sluice:: FILE sluice-targets.cmake DESTINATION ${cmake_folder})
 configure_package_config_file(${CMAKE_SOURCE_DIR}/coupler/packaging/sluice-config.cmake.in
@@ -77,5 +83,7 @@ install(FILES ${CMAKE_BINARY_DIR}/packaging/sluice-config.cmake
 # pkg-config, by paths relative to its own file: --prefix may differ from the one configured with.
 file(RELATIVE_PATH to_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 string(REGEX REPLACE "/$" "" to_prefix "${to_prefix}")
-configure_file(${CMAKE_SOURCE_DIR}/coupler/packaging/sluice.pc.in ${CMAKE_BINARY_DIR}/packaging/sluice.pc @ONLY)
-install(FILES ${CMAKE_BINARY_DIR}/packaging/sluice.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+foreach(library sluice sluice_c)
+  configure_file(${CMAKE_SOURCE_DIR}/coupler/packaging/${library}.pc.in ${CMAKE_BINARY_DIR}/packaging/${library}.pc @ONLY)
+  install(FILES ${CMAKE_BINARY_DIR}/packaging/${library}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endforeach()

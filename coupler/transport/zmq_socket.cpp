@@ -7,7 +7,7 @@
 namespace sluice {
 namespace {
 
-constexpr int linger = 500;        // ms that an end waits for what nobody takes
+constexpr int linger = 2000;       // ms that an end waits for what nobody takes
 constexpr int handshake = 5000;    // ms that a stranger may hold a descriptor
 constexpr int beats = 5;           // heartbeats in the silence that is allowed
 constexpr int never = 86'400'000;  // ms

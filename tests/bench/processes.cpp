@@ -66,7 +66,7 @@ nlohmann::json in_two_processes(nlohmann::json (*body)(Setting const&, Effort co
     Directory const directory;
     std::size_t const most = effort.sizes.back().points;
     auto const arena = shared_arena(raw_shm_size(most));
-    int const port = 20'000 + ::getpid() % 20'000;
+    int const port = 10'000 + ::getpid() % 700 * 32;
     Setting setting{0, directory.path(), port, arena, most};
     std::fflush(stdout);
     pid_t const child = ::fork();

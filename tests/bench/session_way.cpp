@@ -22,7 +22,8 @@ std::string scene_of(std::string const& transport, bool parallel, bool lattice)
            "  moving: {columns: {position: {shape: vector, unit: m}, value: {shape: vector, unit: N}}}\n"
            "participants: {side0: {command: none}, side1: {command: none}}\n"
            "couplings:\n"
-           "  - {from: side0, to: side1, data: " + forth + ", sample: hold" + (parallel ? ", lag: 1" : "") + "}\n" +
+           "  - {from: side0, to: side1, data: " +
+           forth + ", sample: hold" + (parallel ? ", lag: 1" : "") + "}\n" +
            "  - {from: side1, to: side0, data: points, lag: 1}\n";
 }
 
@@ -43,8 +44,8 @@ class SessionWay final : public Way
         auto const file = directory / "scene.yaml", mine = directory / ("scene" + std::to_string(side_));
         std::ofstream(mine) << scene_of(transport, parallel, lattice);
         std::filesystem::rename(mine, file);  // the other side writes the same
-        self_.emplace(sluice::JoinOptions{
-            .scene = file, .name = "side" + std::to_string(side_), .directory = directory / "run"});
+        self_.emplace(
+            sluice::JoinOptions{.scene = file, .name = "side" + std::to_string(side_), .directory = directory / "run"});
         self_->config().finish();
         if (lattice && side_ == 1) open_lattice(setting.most_points);
         write(0);

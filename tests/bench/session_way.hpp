@@ -11,8 +11,8 @@ std::unique_ptr<Way> session_shm_parallel(Setting const& setting);
 std::unique_ptr<Way> session_zmq(Setting const& setting);
 std::unique_ptr<Way> session_zmq_parallel(Setting const& setting);
 std::unique_ptr<Way> session_mpi(Setting const& setting);  //!< initialises MPI
-//! The points move over a lattice: the receiver spreads what they carry on it (conservative) and gathers at their places
-//! (consistent), three numbers each way, with the linear kernel in 3D.
+//! The points move over a lattice: the receiver spreads what they carry on it (conservative) and gathers at their
+//! places (consistent), three numbers each way, with the linear kernel in 3D.
 std::unique_ptr<Way> session_lattice(Setting const& setting);
 
 }  // namespace bench

@@ -51,7 +51,7 @@ Members members(int self, int count = 2)
 
 std::string tcp_address()  // a base port of this process's own, so that tests can run side by side
 {
-    return "tcp://127.0.0.1:" + std::to_string(20'000 + ::getpid() % 20'000);
+    return "tcp://127.0.0.1:" + std::to_string(10'000 + ::getpid() % 700 * 32);
 }
 
 Make ipc(std::filesystem::path const& directory, int count = 2)

@@ -371,7 +371,7 @@ TEST_CASE("hosts: an address of another machine, an unknown name and a name for 
         "this host's loopback: \"b\" on 192.0.2.2 cannot");
 }
 
-TEST_CASE("hosts: a name and IPv6 work; a host where nobody listens refuses")
+TEST_CASE("hosts: a name and IPv6 work, a host where nobody listens refuses")
 {
     for (std::string const host : {"localhost", "::1"}) {
         auto network = with_hosts(free_ports());

@@ -33,7 +33,7 @@ def allowed(source, target):
         return False
     if here == "composition":
         return there in SIBLINGS
-    if here == "cli":
+    if here in ("cli", "bindings"):
         return there in SIBLINGS | {"composition"}
     if here in SOLVERS:
         if name == "main.cpp":
@@ -62,7 +62,7 @@ def main():
     root = pathlib.Path(sys.argv[1])
     sources = [(str(f.relative_to(root)), f.read_text())
                for top in ("coupler", "participants", "tests", "examples")
-               for f in sorted((root / top).rglob("*")) if f.suffix in (".cpp", ".hpp")]
+               for f in sorted((root / top).rglob("*")) if f.suffix in (".c", ".cpp", ".h", ".hpp")]
     # The test can fail: these arrows are forbidden.
     for path, target in (("participants/dem/step.cpp", "participants/lbm/state.hpp"),
                          ("participants/dem/step.cpp", "coupler/coupler.hpp"),
@@ -71,7 +71,8 @@ def main():
                          ("participants/dem/step.cpp", "coupler/mapping/mapping.hpp"),
                          ("coupler/base/error.hpp", "coupler/scene/scene.hpp"),
                          ("coupler/scene/scene.cpp", "coupler/coupler.hpp"),
-                         ("coupler/cli/main.cpp", "tests/support/toys.hpp")):
+                         ("coupler/cli/main.cpp", "tests/support/toys.hpp"),
+                         ("coupler/bindings/sluice_c.cpp", "coupler/cli/commands.hpp")):
         assert violations([(path, f'#include "{target}"')]), (path, target)
     bad = violations(sources)
     for path, number, target in bad:

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # consumer_test.sh BUILD SCRATCH COMPILER: installs BUILD into SCRATCH; builds the participant of examples/01-participant
-# there, once by find_package and once by pkg-config; couples the two through the installed `sluice run`.
+# there, once by find_package and once by pkg-config; couples the two through the installed `sluice run`; then one in C,
+# built by pkg-config, with one in Python.
 # Nothing of the build or of the sources' headers may be needed.
 set -euo pipefail
 build=$1 scratch=$2 compiler=$3
@@ -41,4 +42,20 @@ for program in by_cmake by_pkg_config; do
     grep -q "=> $prefix/lib.*/libsluice.so" <<<"$libraries" || { echo "$libraries" && exit 1; }
     ! grep -E 'zmq|hdf5|libmpi|fmt' <<<"$needed" || exit 1
 done
-echo "installed, built twice, coupled"
+
+# C and Python, from the same place; the results are those of C++.
+# shellcheck disable=SC2046
+cc -std=c99 "$example/../02-participant-c/spring.c" -o "$scratch/path/in_c" $(pkg-config --cflags --libs sluice_c) \
+    -Wl,-rpath,"$(pkg-config --variable=libdir sluice_c)"
+! readelf -d path/in_c | grep NEEDED | grep -E 'yaml|stdc\+\+|libsluice\.so' || exit 1
+sed "s#right: {solver: example_spring#right: {command: [/usr/bin/python3, $example/../03-participant-python/spring.py]#" \
+    "$example/spring.yaml" >mixed.yaml
+PATH=$scratch/path:$PATH PYTHONPATH=$prefix/lib/python3/dist-packages "$prefix/bin/sluice" run mixed.yaml --out mixed \
+    --no-report --set participants.left.solver=in_c
+python3 - run mixed <<'END'
+import json, sys
+places = [[json.load(open(f"{run}/.sluice/{name}.json"))["facts"]["place at the end [m]"] for name in ("left", "right")]
+          for run in sys.argv[1:]]
+assert places[0] == places[1], places
+END
+echo "installed, built twice, coupled; in C and Python too"

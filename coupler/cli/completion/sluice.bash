@@ -4,12 +4,14 @@
 # The options of a command. A test compares this list with what `sluice COMMAND --help` says.
 _sluice_options() {
     case $1 in
-        run) echo "--set --out --quiet --no-report --json" ;;
+        run | record) echo "--set --out --quiet --no-report --json" ;;
         check) echo "--set --quiet --json" ;;
         graph) echo "--set --output --json" ;;
         schema) echo "--output --paths" ;;
         watch) echo "--json --once" ;;
         report) echo "--output --json" ;;
+        resume) echo "--set --quiet --no-report --json" ;;
+        replay) echo "--only --set --out --quiet --no-report" ;;
         doctor | explain) echo "--json" ;;
     esac
 }
@@ -52,7 +54,7 @@ _sluice() {
     COMPREPLY=()
     local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} command=${COMP_WORDS[1]}
     if (( COMP_CWORD == 1 )); then
-        _sluice_words "run check graph schema watch report init doctor explain --help --version" "$current"
+        _sluice_words "run resume record replay check graph schema keygen watch report init doctor explain --help --version" "$current"
         return
     fi
     case $previous in
@@ -66,8 +68,8 @@ _sluice() {
         return
     fi
     case $command in
-        run | check | graph) _sluice_files "$current" .yaml .yml ;;
-        watch | report) _sluice_directories "$current" ;;
+        run | record | check | graph) _sluice_files "$current" .yaml .yml ;;
+        resume | replay | watch | report) _sluice_directories "$current" ;;
         init)
             if (( COMP_CWORD == 2 )); then
                 _sluice_words "$("${COMP_WORDS[0]}" init 2>/dev/null)" "$current"
