@@ -160,6 +160,9 @@ class Participant
     //! resumed_at() stay, and the initial state is not to be recorded again.
     bool resumes() const;
     double resumed_at() const;  //!< s; after windows() was called
+    //! At the begin of a window: whether, since the last call, this run has gone back to resumed_at(), in place,
+    //! because a peer died (on-death: restart). What was recorded after that is then to be dropped.
+    bool went_back();
 
     //! The length of the windows after this one [s], rounded down to what all steps allow. Only for the participant
     //! that paces the run (time.pace): throws Error (exit 2) in others.

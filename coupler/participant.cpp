@@ -130,6 +130,11 @@ bool Participant::resumes() const
     return session_->options.resume;
 }
 
+bool Participant::went_back()
+{
+    return std::exchange(session_->went_back, false);
+}
+
 double Participant::resumed_at() const
 {
     return session_->resumed_at;

@@ -54,6 +54,7 @@ void Participant::Session::go_back(Error const& why)
     load_newest();
     join();
     consequence = false;
+    went_back = true;
     ++rollbacks_;
 }
 

@@ -126,6 +126,7 @@ struct Participant::Session
     Pace pace;
     double window_length = 0;  //!< of the first window, s
     double resumed_at = 0;     //!< s
+    bool went_back = false;    //!< and the solver was not told yet
     bool consequence = false;  //!< this one stops because another one did
     bool computing = false;    //!< between two windows the solver has the word
     bool stopped = false;      //!< with a checkpoint, before the end

@@ -132,6 +132,7 @@ class ZmqTransport final : public Transport
         for (int peer : peers_) {
             auto const at = static_cast<std::size_t>(peer);
             auto& call = calls_[at];
+            if (has_message(sockets_[at].get())) continue;  // hanging up would drop what a peer said before it ended
             if (watch_->take_failed_attempt(peer)) {
                 hang_up(sockets_[at].get(), endpoints_[at]);
                 call.due = true;

@@ -55,6 +55,13 @@ bool call_at(void* socket, Endpoint const& endpoint)
     return zmq_connect(socket, endpoint.uri.c_str()) == 0;
 }
 
+bool has_message(void* socket)
+{
+    int events = 0;
+    std::size_t size = sizeof events;
+    return zmq_getsockopt(socket, ZMQ_EVENTS, &events, &size) == 0 && (events & ZMQ_POLLIN) != 0;
+}
+
 void hang_up(void* socket, Endpoint const& endpoint)
 {
     zmq_disconnect(socket, endpoint.uri.c_str());

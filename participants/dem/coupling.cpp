@@ -303,6 +303,7 @@ void take_part(sluice::Participant& self)
     if (self.resumes()) recorder.emplace(self, self.resumed_at());
     state_facts(self, config, solver.grains().size(), start);
     for (sluice::Window const& window : windows) {
+        if (self.went_back()) recorder.emplace(self, self.resumed_at());
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
         Vec2 const impulse = advance(solver, config.step, window, loads);

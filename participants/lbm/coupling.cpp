@@ -194,6 +194,7 @@ void take_part(sluice::Participant& self)
     if (self.resumes()) recorder.emplace(self, config, self.resumed_at());
     bool const iterates = !self.scene().implicit.empty();  // windows may be computed several times before they stand
     for (sluice::Window const& window : windows) {
+        if (self.went_back()) recorder.emplace(self, config, self.resumed_at());
         auto const steps = static_cast<std::int64_t>(std::lround(window.length / config.step));
         for (std::int64_t k = 0; k < steps; ++k) {
             if (!senders.empty()) {
