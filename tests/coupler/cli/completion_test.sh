@@ -28,7 +28,7 @@ expect() {
     fi
 }
 
-expect "sluice re" report
+expect "sluice rep" replay report
 expect "sluice c" check
 expect "sluice run --q" --quiet
 expect "sluice check " scene.yaml runs
