@@ -10,6 +10,7 @@
 
 #include "tests/simulation/course.hpp"
 #include "tests/support/repeats.hpp"
+#include "tests/support/verification.hpp"
 
 TEST_CASE("simulation: no schedule breaks a rule")
 {
@@ -23,5 +24,13 @@ TEST_CASE("simulation: no schedule breaks a rule")
     std::printf("%lld schedules, %lld of them with faults, in %lld somebody failed; %.0f a second\n",
                 static_cast<long long>(tally.schedules), static_cast<long long>(tally.faulty),
                 static_cast<long long>(tally.failed), static_cast<double>(tally.schedules) / seconds);
+    if (std::getenv("SLUICE_VERIFY_JSONL"))
+        CHECK(verification::report({.id = "simulation",
+                                    .metric = "rules broken in " + std::to_string(tally.schedules) + " schedules [-]",
+                                    .value = tally.broken.empty() ? 0.0 : 1.0,
+                                    .reference = 0,
+                                    .error = tally.broken.empty() ? 0.0 : 1.0,
+                                    .mark = 0,
+                                    .seconds = seconds}));
     CHECK(tally.broken == "");
 }
