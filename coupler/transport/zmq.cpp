@@ -16,6 +16,7 @@ using std::chrono::milliseconds;
 constexpr std::size_t copied_below =
     65'536;  // bytes; zmq_bench: below, a copy costs no more than handing over a buffer
 constexpr milliseconds first_retry{10}, longest_retry{200}, meeting_slice{20};
+constexpr milliseconds young{100};  // of an attempt that its own failure cannot be known of yet
 
 class ZmqTransport final : public Transport
 {
@@ -104,6 +105,7 @@ class ZmqTransport final : public Transport
     {
         bool due = false;
         Clock::time_point not_before{};
+        Clock::time_point made{};  //!< the last one
         Clock::duration pause = first_retry;
     };
 
@@ -133,7 +135,9 @@ class ZmqTransport final : public Transport
             auto const at = static_cast<std::size_t>(peer);
             auto& call = calls_[at];
             if (has_message(sockets_[at].get())) continue;  // hanging up would drop what a peer said before it ended
-            if (watch_->take_failed_attempt(peer)) {
+            // the last attempt's end may be told late, and must not be taken for that of the one under way: the other
+            // side may have begun to send on it
+            if (now - call.made > young && watch_->take_failed_attempt(peer)) {
                 hang_up(sockets_[at].get(), endpoints_[at]);
                 call.due = true;
             }
@@ -142,6 +146,7 @@ class ZmqTransport final : public Transport
             call.pause = std::min<Clock::duration>(2 * call.pause, longest_retry);
             if (door_ && !Door::is_open(network_.directory, peer)) continue;
             call.due = !call_at(sockets_[at].get(), endpoints_[at]);
+            call.made = now;
         }
     }
 

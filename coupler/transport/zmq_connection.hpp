@@ -37,7 +37,7 @@ class Connection
     bool is_taken() const { return own_ >= 0; }
     bool is_settled() const { return settled_; }
     //! Whether an attempt to connect has ended since the last call: it is to be repeated.
-    bool take_failed_attempt() { return std::exchange(failed_attempt_, false); }
+    bool take_failed_attempt() { return std::exchange(failed_attempt_, false) && open_.empty(); }
     //! Nobody has answered this side's attempts to connect.
     bool never_reached() const { return !reached_ && !terms_.listener; }
     int listening() const { return listening_; }  //!< descriptor of the listening socket, or -1
@@ -45,6 +45,7 @@ class Connection
     std::string trouble() const;
 
  private:
+    void note_failure();
     using Clock = Transport::Clock;
     void opened(int descriptor);
     void closed(int descriptor);

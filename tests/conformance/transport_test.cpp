@@ -149,14 +149,12 @@ TEST_CASE("shm: conforms, by shared memory alone")
     CHECK(kinds[1] == "shm");
 }
 
-TEST_CASE("every transport but MPI: three members, all to all")
+//! ZeroMQ and shared memory promise delivery from settle() on, which a session calls when all have met: there three and
+//! more members are tested by whole runs.
+TEST_CASE("loopback: three members, all to all")
 {
-    in_threads::Scratch a, b;
     sluice::LoopbackHub hub(3);
     Side const side = [](Transport& t, int self) { suite::all_to_all(t, self, 3); };
-    CHECK(converse(ipc(a.path(), 3), side, 3) == "");
-    CHECK(converse(tcp(tcp_address(), 3), side, 3) == "");
-    CHECK(converse(shm(b.path(), 3), side, 3) == "");
     CHECK(converse([&](int self) { return hub.connect(self); }, side, 3) == "");
 }
 
