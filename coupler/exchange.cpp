@@ -26,6 +26,7 @@ void Participant::Session::wait_for(int member, std::function<bool()> const& don
 {
     bool seen_lost = false;
     while (!done()) {
+        answer_late_greetings();
         book(Activity::exchange);
         auto const incoming = transport->receive(patience);
         auto const before = mark_;

@@ -320,7 +320,12 @@ void Participant::Session::handle_greeting(int member, std::string const& text)
     if (!g.knows_us && answered_[static_cast<std::size_t>(member)] == g.nonce)
         answered_[static_cast<std::size_t>(member)].reset();  // that greeting did not reach it
     known = std::move(g);
-    if (session != 0) greet(member);
+    if (session != 0) late_greetings_.push_back(member);  // not now: a frame may be half written into the room for it
+}
+
+void Participant::Session::answer_late_greetings()
+{
+    for (int const member : std::exchange(late_greetings_, {})) greet(member);
 }
 
 }  // namespace sluice

@@ -354,6 +354,7 @@ void Participant::Session::say_goodbye()
     for (std::size_t m = 0; m < said_bye.size(); ++m) {
         int lost = 0;
         while (!said_bye[m]) {
+            answer_late_greetings();
             auto const incoming = transport->receive(std::chrono::milliseconds(100));
             if (incoming)
                 handle(*incoming);

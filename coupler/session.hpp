@@ -165,6 +165,7 @@ struct Participant::Session
     void handle_greeting(int member, std::string const& text);
     bool is_busy(int member) const;
     void take_early();
+    void answer_late_greetings();
     bool is_done(int member) const;
 
     void handle(Transport::Incoming const& incoming);
@@ -224,6 +225,7 @@ struct Participant::Session
     int rollbacks_ = 0;
     Clock::time_point newcomers_looked_for_ = Clock::now();
     bool ledger_warned_ = false;
+    std::vector<int> late_greetings_;
     Plan plan_;
     std::deque<Plan> told_;  //!< by the one who paces, not used yet
     std::int64_t next_planned_ = 0;
