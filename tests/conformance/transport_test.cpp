@@ -149,8 +149,8 @@ TEST_CASE("shm: conforms, by shared memory alone")
     CHECK(kinds[1] == "shm");
 }
 
-//! ZeroMQ and shared memory promise delivery from settle() on, which a session calls when all have met: there three and
-//! more members are tested by whole runs.
+//! Not over ZeroMQ and shared memory: three members that send before settle() lost messages there on a loaded machine
+//! (see Limits in coupler/transport/README.md).
 TEST_CASE("loopback: three members, all to all")
 {
     sluice::LoopbackHub hub(3);
