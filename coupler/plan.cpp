@@ -185,7 +185,7 @@ State Participant::Session::state_before(std::int64_t window) const
                 state.put(name + std::to_string(c), frame.columns[c].values);
         }
     }
-    put_group_state(state);
+    if (group_part_) group_part_->put(state);
     state.put_text("config", own_config());
     State solver;
     save(solver);

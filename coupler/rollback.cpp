@@ -93,9 +93,8 @@ void Participant::Session::forget_session()
         channel.iteration = 0;
     }
     if (scene.on_violation != OnViolation::off) open_accounts();
-    blocks_.clear();
-    owners_.clear();
-    verdicts_.clear();
+    group_part_.reset();
+    verdicts_.assign(members.size(), {});
     resumed_group_.reset();
 }
 

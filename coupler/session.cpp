@@ -56,8 +56,7 @@ MappedStatus make_status(JoinOptions const& options, std::string const& name, st
 ImplicitGroup const* group_of(Scene const& scene, int participant)
 {
     for (auto const& group : scene.implicit)
-        if (std::find(group.participants.begin(), group.participants.end(), participant) != group.participants.end())
-            return &group;
+        if (group.has(participant)) return &group;
     return nullptr;
 }
 
@@ -112,13 +111,7 @@ Participant::Session::Session(JoinOptions given)
     std::random_device random;
     mine().nonce = random() | std::uint64_t{random()} << 32;
     mine().process = ::getpid();
-    auto const inside = [&](Edge const& e) {
-        auto const has = [&](int p) {
-            return group &&
-                   std::find(group->participants.begin(), group->participants.end(), p) != group->participants.end();
-        };
-        return has(e.from) && has(e.to);
-    };
+    auto const inside = [&](Edge const& e) { return group && group->has(e.from) && group->has(e.to); };
     for (std::size_t e = 0; e < scene.edges.size(); ++e) {
         Edge const& edge = scene.edges[e];
         auto const& spec = scene.data[static_cast<std::size_t>(edge.data)];

@@ -8,10 +8,10 @@
 #include "coupler/base/status_page.hpp"
 #include "coupler/base/ticks.hpp"
 #include "coupler/channel.hpp"
+#include "coupler/group_part.hpp"
 #include "coupler/record/checkpoint.hpp"
 #include "coupler/record/recording.hpp"
 #include "coupler/record/trace.hpp"
-#include "coupler/schedule/acceleration.hpp"
 
 namespace sluice {
 
@@ -209,11 +209,7 @@ struct Participant::Session
     bool agree(std::int64_t window, std::uint32_t iteration);  //!< true: the window stands
     void take_verdict(int member, Header const& header, std::vector<double> numbers);
     void open_group();
-    void stand();
-    bool in_group(int member) const;
-    void gather_summaries(std::int64_t window, std::uint32_t iteration, std::vector<std::vector<double>>& summaries);
-    void put_group_state(State& state) const;
-    void take_group_state(State const& state);
+    void hear_group(std::int64_t window, std::uint32_t iteration);
 
     void open_accounts();
     void close_accounts();
@@ -245,14 +241,7 @@ struct Participant::Session
     std::int64_t iterations_ = 0, unconverged_ = 0;
     std::optional<State> resumed_group_;
 
-    //! In an implicit group: the solver's state before the window, the unknowns that this process holds, who holds the
-    //! others, and what they said.
-    struct Block
-    {
-        std::size_t channel;  //!< index into `in`
-        int number;
-        AccelerationBlock numerics;
-    };
+    //! In an implicit group: the solver's state before the window, what this process holds, what the others said.
     struct Said
     {
         std::int64_t window;
@@ -260,9 +249,7 @@ struct Participant::Session
         std::vector<double> numbers;
     };
     State before_;
-    AccelerationConfig acceleration_;
-    std::vector<Block> blocks_;
-    std::vector<int> owners_;                 //!< per block of the group: which member holds it
+    std::optional<GroupPart> group_part_;
     std::vector<std::deque<Said>> verdicts_;  //!< per member
     Clock::time_point start_ = Clock::now();
     Clock::time_point mark_ = Clock::now();

@@ -119,8 +119,7 @@ class Stage
     ImplicitGroup const* group_of(int p) const
     {
         for (ImplicitGroup const& group : scene_.implicit)
-            if (std::find(group.participants.begin(), group.participants.end(), p) != group.participants.end())
-                return &group;
+            if (group.has(p)) return &group;
         return nullptr;
     }
     bool inside(Edge const& e) const { return group_of(e.from) && group_of(e.from) == group_of(e.to); }

@@ -5,16 +5,11 @@
 namespace sluice {
 namespace {
 
-bool holds(ImplicitGroup const& group, int participant)
-{
-    return std::find(group.participants.begin(), group.participants.end(), participant) != group.participants.end();
-}
-
 std::vector<Edge> edges_inside(Scene const& scene, ImplicitGroup const& group)
 {
     std::vector<Edge> inside;
     for (Edge const& e : scene.edges)
-        if (holds(group, e.from) && holds(group, e.to)) inside.push_back(e);
+        if (group.has(e.from) && group.has(e.to)) inside.push_back(e);
     return inside;
 }
 
@@ -67,7 +62,7 @@ void check_disjoint(Reader& reader, Scene const& scene, ImplicitGroup const& gro
 {
     for (ImplicitGroup const& other : scene.implicit)
         for (int p : group.participants)
-            if (holds(other, p))
+            if (other.has(p))
                 reader.problem("participants", scene.participants[static_cast<std::size_t>(p)].name +
                                                    " is in another group too. Make one group of both.");
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -62,6 +63,11 @@ struct ImplicitGroup
         aitken,    //!< dynamic under-relaxation
         iqn_ils    //!< interface quasi-Newton, inverse from least squares
     };
+    bool has(int participant) const
+    {
+        return std::find(participants.begin(), participants.end(), participant) != participants.end();
+    }
+
     std::vector<int> participants;  //!< indices into Scene::participants
     Method method = Method::iqn_ils;
     double relaxation = 0.5;  //!< of the first iteration, or of all (constant)

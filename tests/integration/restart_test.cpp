@@ -49,6 +49,25 @@ TEST_CASE("restart: kill -9 of either participant, and the run goes on to the sa
         }
 }
 
+TEST_CASE("restart: an implicit group goes back, between two iterations too, to the same bits")
+{
+    std::string const implicit = "implicit:\n  - {participants: [left, right], tolerance: 1e-10}\n";
+    Case undisturbed(scene("", "", implicit));
+    REQUIRE(undisturbed.run({"--set", "couplings.1.predict=none"}).exit == 0);
+    for (auto const victim : {"left", "right"}) {
+        CAPTURE(victim);
+        Case c(scene(", nap: 0.002", "", restart + implicit));
+        shell::Background run(c.command({"--set", "couplings.1.predict=none"}), c.log());
+        int const pid = c.pid_in_window(victim, 100);
+        REQUIRE(pid > 0);
+        ::kill(pid, SIGKILL);
+        CHECK(run.wait(60).exit == 0);
+        CHECK(summary(c).value("restarts", 0) == 1);
+        for (auto const name : {"left", "right"}) CHECK(c.final_place(name) == undisturbed.final_place(name));
+        CHECK(c.leftovers() == 0);
+    }
+}
+
 TEST_CASE("restart: what a participant does to itself")
 {
     for (std::string const fault : {"crash", "exit", "throw", "vanish", "memory"}) {
