@@ -314,7 +314,7 @@ std::string Participant::last_words(Error const& error) const
 {
     auto const& s = *session_;
     std::string const why = error.what();
-    if (s.status->windows <= 0 || why.find("window ") != why.npos) return why;
+    if (s.status->windows <= 0 || why.find("(t = ") != why.npos) return why;
     return fmt::format("participant \"{}\" stopped in {}, process {}: {}", s.name_of_member(s.self), s.where(),
                        s.status->pid.load(), why);
 }

@@ -1,6 +1,8 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <thread>
+#include <utility>
 
 #include "coupler/transport/transport.hpp"
 #include "coupler/transport/zmq_door.hpp"
@@ -16,13 +18,14 @@ using std::chrono::milliseconds;
 constexpr std::size_t copied_below =
     65'536;  // bytes; zmq_bench: below, a copy costs no more than handing over a buffer
 constexpr milliseconds first_retry{10}, longest_retry{200}, meeting_slice{20};
-constexpr milliseconds young{100};  // of an attempt that its own failure cannot be known of yet
+constexpr milliseconds last_words{500};  // that a listener waits for those who called it to end first
+constexpr milliseconds young{100};       // of an attempt that its own failure cannot be known of yet
 
 class ZmqTransport final : public Transport
 {
  public:
     ZmqTransport(Members const& members, Network const& network)
-        : network_(network), doorman_(prepared(members, network)), context_(zmq_ctx_new())
+        : network_(network), self_(members.self), doorman_(prepared(members, network)), context_(zmq_ctx_new())
     {
         int const count = static_cast<int>(members.names.size());
         for (int peer = 0; peer < count; ++peer) {
@@ -45,6 +48,8 @@ class ZmqTransport final : public Transport
         listen(members);
         call_those_due();
     }
+
+    ~ZmqTransport() override { let_callers_end_first(); }
 
     std::span<std::byte> reserve(int peer, std::size_t size) override
     {
@@ -104,6 +109,7 @@ class ZmqTransport final : public Transport
     struct Call  //!< an attempt to connect to a listener
     {
         bool due = false;
+        bool failed = false;  //!< the last one, and it is still to be hung up
         Clock::time_point not_before{};
         Clock::time_point made{};  //!< the last one
         Clock::duration pause = first_retry;
@@ -128,16 +134,29 @@ class ZmqTransport final : public Transport
         if (door_) door_->open();
     }
 
+    //! With ZMQ_IMMEDIATE libzmq drops what the connecting side has not read yet when it finds the connection ended
+    //! (session_base_t::reconnect: hiccup, terminate): the reason of one that stops, a goodbye. The listening side's is
+    //! read to its end. So who listens gives the others time to read, and to hang up.
+    void let_callers_end_first()
+    {
+        auto const deadline = Clock::now() + last_words;
+        auto const calls_us = [&](int peer) { return peer > self_ && watch_->is_taken(peer); };
+        while (Clock::now() < deadline && std::any_of(peers_.begin(), peers_.end(), calls_us))
+            std::this_thread::sleep_for(milliseconds(1));
+    }
+
     void call_those_due()
     {
         auto const now = Clock::now();
         for (int peer : peers_) {
             auto const at = static_cast<std::size_t>(peer);
             auto& call = calls_[at];
-            if (has_message(sockets_[at].get())) continue;  // hanging up would drop what a peer said before it ended
             // the last attempt's end may be told late, and must not be taken for that of the one under way: the other
             // side may have begun to send on it
-            if (now - call.made > young && watch_->take_failed_attempt(peer)) {
+            if (now - call.made > young && watch_->take_failed_attempt(peer)) call.failed = true;
+            // hanging up would drop what a peer said before it ended; asked after its end is known: then all has come
+            if (has_message(sockets_[at].get())) continue;
+            if (std::exchange(call.failed, false)) {
                 hang_up(sockets_[at].get(), endpoints_[at]);
                 call.due = true;
             }
@@ -214,6 +233,7 @@ class ZmqTransport final : public Transport
     }
 
     Network network_;
+    int self_;
     Doorman doorman_;
     SendPool pool_;  // before the context: its thread sends from here
     Context context_;

@@ -147,6 +147,12 @@ bool ConnectionWatch::lost(int peer) const
     return connections_[static_cast<std::size_t>(peer)].lost();
 }
 
+bool ConnectionWatch::is_taken(int peer) const
+{
+    std::lock_guard const lock(mutex_);
+    return connections_[static_cast<std::size_t>(peer)].is_taken();
+}
+
 void ConnectionWatch::carried_message(int peer, int descriptor)
 {
     std::lock_guard const lock(mutex_);

@@ -25,6 +25,7 @@ class ConnectionWatch
     ~ConnectionWatch();
 
     bool lost(int peer) const;
+    bool is_taken(int peer) const;  //!< the peer has a connection, which has not ended
     std::string trouble(int peer) const;
     void carried_message(int peer, int descriptor);
     bool take_failed_attempt(int peer);

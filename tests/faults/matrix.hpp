@@ -70,6 +70,16 @@ inline void check_resumes(Case const& c)
     CHECK_MESSAGE(resumed.exit == 0, resumed.output);
 }
 
+//! The same for two that were started by hand; `first` and `second` are their command lines.
+inline void check_resume_by_hand(Case const& c, std::vector<std::string> first, std::vector<std::string> second)
+{
+    for (auto* words : {&first, &second}) words->push_back("--resume");
+    shell::Background other(first, c.scratch.path() / "resumed");
+    auto const one = shell::run(second, c.log()), two = other.wait(60);
+    CHECK_MESSAGE(one.exit == 0, one.output);
+    CHECK_MESSAGE(two.exit == 0, two.output);
+}
+
 //! The process of a participant that a launcher has started (its --check aside), 0: none.
 inline int child_of(int launcher, std::string const& participant)
 {
