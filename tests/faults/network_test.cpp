@@ -202,7 +202,7 @@ TEST_CASE("F12: one bit of a run's frames is flipped behind TCP's checksum: the 
                 CHECK((results[side].exit == 5 || results[side].exit == 3));
                 refusing += results[side].exit == 5;
                 CHECK(has(first_line(results[side]), side == 0 ? "\"right\"" : "\"left\""));
-            CHECK(has(first_line(results[side]), " (t = "));
+                CHECK(has(first_line(results[side]), " (t = "));
             }
             CHECK(refusing >= 1);
             CHECK(a.c.leftovers() == 0);

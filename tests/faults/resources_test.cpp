@@ -112,17 +112,21 @@ TEST_CASE("F25: 10 000 connections with garbage on the open port, before the oth
         }
         REQUIRE(listens);
         auto const before = memory_of(left.pid(), "VmRSS");
-        int taken = 0, refused = 0;
-        auto throw_one = [&](int n) { (strangers::throw_at(base + 1, garbage(random, n)) ? taken : refused) += 1; };
-        for (int n = 0; n < many / 2; ++n) throw_one(n);  // it waits for its partner
+        int taken = 0, later = 0;
+        for (int n = 0; n < many / 2; ++n) taken += strangers::throw_at(base + 1, garbage(random, n));
         CHECK(taken > many / 4);
         auto other = c.by_hand("right");
         other.insert(other.end(), {"--set", "time.end=0.5"});
         shell::Background right(other, c.log());
-        for (int n = many / 2; n < many; ++n) throw_one(n);  // they meet, and compute: then the door is shut
+        for (int n = many / 2; n < many; n += 250) {  // they meet, and compute: then the door is shut
+            std::vector<std::string> some;
+            for (int k = 0; k < 250; ++k) some.push_back(garbage(random, n + k));
+            later += strangers::throw_many(base + 1, some);
+        }
         auto const after = memory_of(left.pid(), "VmHWM");
-        MESSAGE("F25: " << taken << " connections were taken, " << refused
-                        << " found the door shut; the participant grew by " << (after - before) / 1'000'000 << " MB");
+        MESSAGE("F25: of " << many << " connections " << taken << " were taken before the run and " << later
+                           << " during it; the participant grew by " << (after - before) / 1'000'000 << " MB");
+        CHECK(after > before);  // it still runs
         CHECK(after - before < 64'000'000);
         CHECK(left.wait(120).exit == 0);
         CHECK(right.wait(120).exit == 0);

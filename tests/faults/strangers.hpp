@@ -7,6 +7,7 @@
 #include <functional>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "coupler/transport/keys.hpp"
 #include "tests/support/scratch.hpp"
@@ -143,6 +144,24 @@ inline bool throw_at(int port, std::string const& bytes)
     (void)!::send(s, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     ::close(s);
     return true;
+}
+
+//! So many connections at once, that need not come to anything: each sends its bytes where it is let in. How many were.
+inline int throw_many(int port, std::vector<std::string> const& all)
+{
+    auto const to = tcp::address("127.0.0.1", port);
+    std::vector<int> sockets;
+    for (std::size_t n = 0; n < all.size(); ++n) {
+        sockets.push_back(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+        (void)!::connect(sockets.back(), reinterpret_cast<sockaddr const*>(&to), sizeof to);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    int taken = 0;
+    for (std::size_t n = 0; n < all.size(); ++n) {
+        taken += ::send(sockets[n], all[n].data(), all[n].size(), MSG_NOSIGNAL | MSG_DONTWAIT) >= 0;
+        ::close(sockets[n]);
+    }
+    return taken;
 }
 
 }  // namespace strangers
