@@ -73,10 +73,7 @@ TEST_CASE(
             bool const often = kind.name == "checkpoint";
             Case c(stream_scene("nap: 0.005, " + kind.keys, "",
                                 "checkpoint: {windows: " + std::string(often ? "20" : "40") + "}\n", "0.4"));
-            if (!may_mount(c)) {
-                MESSAGE("skipped: this system lets nobody mount a small disk of their own (unshare -rm)");
-                return;
-            }
+            if (!may_mount(c)) return row.skip("nobody can mount a small disk of their own here (unshare -rm)");
             auto const result = on_small_disk(c, fill);
             CHECK(result.exit == 7);
             CHECK(has(result.output, "No space left on device"));

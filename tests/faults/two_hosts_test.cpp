@@ -12,10 +12,7 @@ void repeat(Row& row, std::string const& name, double limit)
     in_threads::Scratch scratch;
     while (row.next()) {
         auto const result = shell::run({TWO_HOSTS, name, sluice_command, toy}, scratch.path() / "log", 120);
-        if (result.exit == 77) {
-            MESSAGE(result.output);
-            return;
-        }
+        if (result.exit == 77) return row.skip(result.output);
         CHECK_MESSAGE(result.exit == 0, result.output);
         auto const at = result.output.find("ended after ");
         if (limit > 0 && at != std::string::npos) row.took(std::stod(result.output.substr(at + 12)) / 1000, limit);

@@ -66,6 +66,12 @@ bool Row::next()
     return ++round_ < total_;
 }
 
+void Row::skip(std::string const& why)
+{
+    skipped_ = true;
+    MESSAGE(id_ << ": " << what_ << ": skipped: " << why);
+}
+
 void Row::took(double seconds, double limit)
 {
     slowest_ = std::max(slowest_, seconds);
@@ -75,6 +81,7 @@ void Row::took(double seconds, double limit)
 
 Row::~Row()
 {
+    if (skipped_) return;
     bool const broken_off = round_ < total_;  // a REQUIRE, or an exception
     if (broken_off) ++broken_;
     double const seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();

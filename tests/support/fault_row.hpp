@@ -26,6 +26,7 @@ class Row
     bool next();                            //!< begins a repeat; false: all are done
     int round() const { return round_; }    //!< from 0
     int repeats() const { return total_; }  //!< how many there will be
+    void skip(std::string const& why);      //!< this machine cannot: said, and no line is written
     //! From the fault to the end of it all [s], and the most that the matrix allows. Asserted in long runs only, where
     //! nothing else is to be going on; a test on a busy machine only bounds it by `hang`.
     void took(double seconds, double limit);
@@ -35,6 +36,7 @@ class Row
     void close_repeat();
     std::string id_, what_;
     int total_, round_ = -1, broken_ = 0, failures_before_ = 0;
+    bool skipped_ = false;
     double slowest_ = 0, limit_ = 0;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
