@@ -83,7 +83,7 @@ TEST_CASE("F2: a participant that aborts, exits, throws: the end of its log is s
                           causes[] = {"was ended by signal 6", "ended with exit code 9", "toy: thrown"};
         auto const kind = static_cast<std::size_t>(row.round() % 3);
         Case c(stream_scene("says: 1, nap: 0.001, fault: " + faults[kind] + ", fault_window: 200", "",
-                            "checkpoint: {windows: 60}\n"));
+                            "checkpoint: {windows: 60}\n", "0.3"));
         auto const result = c.run();
         row.took(age_of(c.out() + "/from.log"), 1.0);  // since its last words
         check_fatal(c, result, kind == 2 ? 6 : 3, "from", causes[kind]);
