@@ -24,7 +24,7 @@ bool needs_credit(Scene const& scene, Edge const& edge)
 
 void Participant::Session::wait_for(int member, std::function<bool()> const& done)
 {
-    bool seen_lost = false;
+    std::vector<char> lost(members.size());
     while (!done()) {
         answer_late_greetings();
         book(Activity::exchange);
@@ -44,9 +44,18 @@ void Participant::Session::wait_for(int member, std::function<bool()> const& don
                                      name_of_member(member), name_of_member(self), where()),
                          Exit::peer_died);
         });
-        if (!transport->lost(member)) continue;
-        if (seen_lost) stop_because(lost_peer(member));  // whatever it sent before it ended has been read by now
-        seen_lost = true;
+        look_for_lost(lost);
+    }
+}
+
+//! While nothing comes: anybody who was lost at the last look, too, ends the run; what he sent has been read by now.
+void Participant::Session::look_for_lost(std::vector<char>& before)
+{
+    for (int m = 0; m < static_cast<int>(members.size()); ++m) {
+        auto const at = static_cast<std::size_t>(m);
+        bool const now = m != self && !said_bye[at] && transport->lost(m);
+        if (now && before[at]) stop_because(lost_peer(m));
+        before[at] = now;
     }
 }
 

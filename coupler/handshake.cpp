@@ -16,7 +16,14 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-//! The first line in which two canonical scenes differ, as both sides have it.
+bool divides(double step, double window)
+{
+    double const ratio = window / step;
+    return ratio > 0.5 && std::abs(ratio - std::round(ratio)) < 1e-6 * ratio;
+}
+
+}  // namespace
+
 std::string difference(std::string const& here, std::string const& there)
 {
     std::istringstream a(here), b(there);
@@ -27,14 +34,6 @@ std::string difference(std::string const& here, std::string const& there)
             return "\"" + (more_a ? x : "nothing") + "\" here, \"" + (more_b ? y : "nothing") + "\" there";
     }
 }
-
-bool divides(double step, double window)
-{
-    double const ratio = window / step;
-    return ratio > 0.5 && std::abs(ratio - std::round(ratio)) < 1e-6 * ratio;
-}
-
-}  // namespace
 
 double choose_window(Scene const& scene, std::vector<Greeting> const& greetings)
 {

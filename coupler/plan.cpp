@@ -41,6 +41,11 @@ void Participant::Session::start_pace()
     status->can_store = all_can_store();
 }
 
+bool Participant::Session::is_stored_by_count(std::int64_t window) const
+{
+    return scene.checkpoint.windows > 0 && window >= pace.stored_window + scene.checkpoint.windows;
+}
+
 Plan Participant::Session::next_plan(std::int64_t window)
 {
     Plan plan{.window = window, .begin = begin_, .length = pace.length};
@@ -52,10 +57,10 @@ Plan Participant::Session::next_plan(std::int64_t window)
             plan.length = (left + 1) / 2;  // two alike instead of one and a sliver
     }
     plan.last = plan.length >= left || !pace.why_over.empty();
-    bool const possible = all_can_store() && window > 0 && !pending_;
     auto const& when = scene.checkpoint;
+    bool const possible = all_can_store() && window > 0 && !pending_;
     bool const by_time = when.interval > 0 && Clock::now() - pace.stored > std::chrono::duration<double>(when.interval);
-    bool const by_count = when.windows > 0 && window >= pace.stored_window + when.windows;
+    bool const by_count = is_stored_by_count(window);
     bool const asked = has(pace.requests, Request::checkpoint) || has(pace.requests, Request::stop);
     bool const first = scene.restart_on_death && pace.stored_window == 0;  // else there is nothing to go back to
     plan.checkpoint = possible && (by_time || by_count || asked || first);
@@ -81,8 +86,10 @@ void Participant::Session::plan_window(std::int64_t window)
             told_.push_back(*std::exchange(resumed_plan_, std::nullopt));
             told_.back().checkpoint = told_.back().stop = false;
             told_.back().last = told_.back().begin + told_.back().length >= pace.end;
-        } else
+        } else {
+            if (is_stored_by_count(window)) finish_checkpoint();  // a window that was asked for is not left out
             told_.push_back(next_plan(window));
+        }
         Plan const& plan = told_.back();
         auto const length = static_cast<std::uint64_t>(plan.length);
         Header header{
@@ -143,6 +150,16 @@ bool Participant::Session::all_can_store() const
     return !options.given && std::all_of(greetings.begin(), greetings.end(), [](auto const& g) { return g.can_store; });
 }
 
+//! `path = value` lines of this participant's own block, defaults filled in.
+std::string Participant::Session::own_config() const
+{
+    auto const prefix = "participants." + options.name + ".config.";
+    std::string text;
+    for (auto const& [path, value] : loaded.diagnostics->effective)
+        if (path.starts_with(prefix)) text += path + " = " + value + "\n";
+    return text;
+}
+
 State Participant::Session::state_before(std::int64_t window) const
 {
     State state;
@@ -169,6 +186,7 @@ State Participant::Session::state_before(std::int64_t window) const
         }
     }
     put_group_state(state);
+    state.put_text("config", own_config());
     State solver;
     save(solver);
     state.nest("solver", std::move(solver));
@@ -279,6 +297,9 @@ void Participant::Session::resume()
         });
     if (!resumed_) return;
     State state = *std::exchange(resumed_, std::nullopt);
+    if (auto const then = state.text("config"), now = own_config(); then != now)
+        warnings.push_back("its config is not that of its checkpoint: " + difference(now, then) +
+                           ". The run goes on, but not as it would have.");
     auto const window = state.integer("window");
     begin_ = state.integer("begin");
     pace.length = state.integer("next_length");

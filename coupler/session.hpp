@@ -50,6 +50,9 @@ struct Greeting
 //! Throws Error (exit 2) if nobody proposes one, or if exact ones do not divide the window.
 double choose_window(Scene const& scene, std::vector<Greeting> const& greetings);
 
+//! The first line in which two texts of `path = value` lines differ, as both sides have it.
+std::string difference(std::string const& here, std::string const& there);
+
 //! When windows begin and end. The process that paces the run decides, the others are told.
 struct Pace
 {
@@ -140,6 +143,7 @@ struct Participant::Session
  private:
     void wait_for(int member,
                   std::function<bool()> const& done);  //!< takes in messages until done(); a peer that is lost ends it
+    void look_for_lost(std::vector<char>& before);
     void send(int member, std::span<std::byte const> bytes, Clock::time_point deadline);
     std::span<std::byte> room_for(int member, std::size_t size);
     void commit(int member, std::size_t size);
@@ -184,7 +188,9 @@ struct Participant::Session
     void start_pace();
     void require_pace(char const* what) const;
     void plan_window(std::int64_t window);
+    bool is_stored_by_count(std::int64_t window) const;
     Plan next_plan(std::int64_t window);
+    std::string own_config() const;
     void take_plan(int member, Header const& header);
     void look_for_requests();
     void take_request(std::int32_t bits);

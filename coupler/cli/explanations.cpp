@@ -33,7 +33,7 @@ std::vector<Explanation> const& explanations()
         {75, "stopped", "stopped with a checkpoint: can be resumed",
          "The run was asked to stop and wrote a checkpoint first. `sluice resume RUN` goes on from there."},
         {130, "interrupted", "interrupted", "SIGINT (Ctrl-C) or SIGTERM ended the run. Results up to then are kept."},
-        {-1, "key", "... is not a key (keys: ...). Did you mean ...?",
+        {-1, "key", "... is not a key (keys: ...)",
          "The scene has a key that nobody reads: misspelt, or in the wrong mapping. The list shows what goes there;\n"
          "`sluice schema` has all keys with their meaning."},
         {-1, "missing", "... is missing (...)",
@@ -67,9 +67,8 @@ std::vector<Explanation> const& explanations()
          "A solver is looked for beside `sluice`, then on PATH. Build it, add its directory to PATH, or give\n"
          "command: [program, arguments] with a path."},
         {-1, "set", "--set path=value",
-         "Changes the scene for one run: keys joined by dots, list items by index: couplings.1.lag=1. All but the "
-         "last\n"
-         "key must be in the scene. A mistake in such a value is shown as `--set` instead of a line."},
+         "Changes the scene for one run: keys joined by dots, list items by index: couplings.1.lag=1. A mistake in\n"
+         "such a value is shown as `--set` instead of a line."},
         {-1, "unused", "nobody reads ...; ... reads nobody",
          "A warning: a participant without any coupling to or from it runs beside the others. Often a coupling is\n"
          "missing, or commented out."},
@@ -78,6 +77,47 @@ std::vector<Explanation> const& explanations()
         {-1, "packages", "no report: ... (needed: ...)",
          "The report is made by Python with numpy, h5py and matplotlib of the distribution: install the packages that\n"
          "`sluice doctor` names, then `sluice report RUN`. The results are complete without it."},
+        {-1, "lost", "participant ... is lost: ...; no heartbeat for ...",
+         "Its process ended, was stopped, or cannot be reached any more. What it said last stands in RUN/NAME.log; if\n"
+         "it stopped because of another participant, the first line that `sluice run` prints names that one."},
+        {-1, "absent", "... did not come within ...; waiting for ...",
+         "Everybody waits until all participants have met. The message has the commands that start the missing ones;\n"
+         "in brackets stands what is known about why. timeouts.connect (s) is how long they wait."},
+        {-1, "scenes", "participants ... have different scenes: ...",
+         "They were given different files, or different --set. The first line that differs is shown as both have it."},
+        {-1, "stuck", "... takes nothing in: no room to send ...",
+         "The receiver has not read for so long that the queue between the two is full. Look where it hangs."},
+        {-1, "finite", "... is not finite in frame ...",
+         "A solver sent NaN or infinity, and was stopped before anybody got it. The field, the point and the frame are\n"
+         "named; look for the cause in the solver that is named first."},
+        {-1, "ledger", "ledger, in ...; ledger, first in ...; ... does not close: ...",
+         "What came over an edge (force, torque, volume) is not what the solver took, or what it wrote is not what was\n"
+         "sent. Often a solver that does not read an edge in every window. ledger: {on-violation: stop} ends the run."},
+        {-1, "written", "... wrote nothing to ... before ...; ... wrote ... twice in ...",
+         "A participant writes each of its edges once before the first window and once in every window."},
+        {-1, "early", "... left its loop over the windows before their end ...; ... left its run early; ...",
+         "A solver has to go through all windows. One that may end the run sooner says so: Participant::end_run()."},
+        {-1, "frame", "frame ... is missing in ...; a plan for window ... was due: ...; ... of another run",
+         "A message was lost, doubled, or is from another run. Look for processes that an earlier run left, and end\n"
+         "them."},
+        {-1, "checkpoint", "no complete checkpoint to go on from; ... its checkpoint is of another scene",
+         "A checkpoint is complete once all participants have written theirs, and goes with its scene: only time.end,\n"
+         "checkpoint, timeouts and on-death may be others when a run is resumed."},
+        {-1, "state", "... cannot be resumed: its solver does not keep its state; ... does not keep its state",
+         "The solver does not save and restore its state (Participant::keeps()), which checkpoints, implicit groups and\n"
+         "on-death: restart need."},
+        {-1, "apart", "... goes on from window ..., ... from window ...; its config is not that of its checkpoint",
+         "Participants that are started by hand must all be started with --resume, or none, and with the config that\n"
+         "the checkpoint was taken with."},
+        {-1, "converge", "window ... did not converge in ... iterations",
+         "An implicit group gave up after max_iterations and went on with what it had. Shorter windows, a looser\n"
+         "tolerance, iqn-ils instead of relaxation, or more iterations."},
+        {-1, "sockets", "not a directory that only this user can enter",
+         "Sockets of a run lie in a directory of mode 0700 under XDG_RUNTIME_DIR or /tmp. It belongs to somebody else,\n"
+         "or others may enter it: remove it, or set XDG_RUNTIME_DIR."},
+        {-1, "space", "Free some space",
+         "The disk is full, or a limit of this user is reached. What was written before is whole; make room and\n"
+         "resume."},
     };
     return all;
 }

@@ -120,7 +120,7 @@ void add_help(CLI::App& app, Options& o, Actions& actions)
     doctor->add_flag("--json", o.json, "as JSON");
     actions.emplace_back(doctor, [&o] { return doctor_command(o); });
     auto* const explain = app.add_subcommand("explain", "what an exit code or a message means, and what to do");
-    explain->add_option("WORD", o.word, "an exit code or a word of a message; without: everything there is");
+    explain->add_option("WORD", o.word, "an exit code, a whole message or a word of it; without: everything there is");
     explain->add_flag("--json", o.json, "as JSON");
     actions.emplace_back(explain, [&o] { return explain_command(o); });
 }

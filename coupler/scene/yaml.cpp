@@ -183,11 +183,13 @@ YAML::Node with_value(YAML::Node const& node, std::span<std::string const> path,
             placed = placed || here;
             copy.force_insert(entry.first, here ? with_value(entry.second, path.subspan(1), value) : entry.second);
         }
-    if (node.IsMap() && !placed) copy.force_insert(path[0], value);
+    if (node.IsMap() && !placed)
+        copy.force_insert(path[0], with_value(YAML::Node(YAML::NodeType::Map), path.subspan(1), value));
     return copy;
 }
 
-//! Makes sure that all of a path but its last key is in the scene.
+//! Makes sure that a path is in the scene, or may be made there: a new key or a block of keys that looks like none that
+//! is there. Who reads the scene refuses keys that nobody knows.
 void require_path(YAML::Node const& root, std::vector<std::string> const& names, std::string const& text)
 {
     YAML::Node node = root;
@@ -195,21 +197,26 @@ void require_path(YAML::Node const& root, std::vector<std::string> const& names,
         auto const child = node.IsMap() || node.IsSequence() ? child_of(node, names[i]) : YAML::Node();
         bool const there = (node.IsMap() || node.IsSequence()) && child.IsDefined();
         bool const last = i + 1 == names.size();
-        require(there || (last && node.IsMap()), [&] {
-            std::vector<std::string> known;
-            if (node.IsMap())
-                for (auto const& entry : node)
-                    if (entry.first.IsScalar()) known.push_back(entry.first.Scalar());
-            auto const hint = did_you_mean(names[i], known);
+        if (there) {
+            if (!last) node.reset(child);
+            continue;
+        }
+        if (last && node.IsMap()) return;
+        std::vector<std::string> known;
+        if (node.IsMap())
+            for (auto const& entry : node)
+                if (entry.first.IsScalar()) known.push_back(entry.first.Scalar());
+        auto const hint = did_you_mean(names[i], known);
+        require(node.IsMap() && hint.empty(), [&] {
             return Error("--set " + text + ": \"" + names[i] + "\" is not in the scene." +
                          (hint.empty() ? " Check the path." : hint));
         });
-        if (!last) node.reset(child);
+        return;
     }
 }
 
-//! Sets `path=value` in the tree; a path's parts are keys or list indices. The last key may be new, its parents may
-//! not. The nodes on the path forget where they stood in the text if there are aliases, so only then are they copied.
+//! Sets `path=value` in the tree; a path's parts are keys or list indices. The nodes on the path forget where they
+//! stood in the text if there are aliases, so only then are they copied.
 void apply_override(YAML::Node& root, std::string const& text, bool aliases)
 {
     auto const split = text.find('=');
@@ -226,7 +233,10 @@ void apply_override(YAML::Node& root, std::string const& text, bool aliases)
             return;
         }
         YAML::Node node = root;
-        for (std::size_t i = 0; i + 1 < names.size(); ++i) node.reset(child_of(node, names[i]));
+        for (std::size_t i = 0; i + 1 < names.size(); ++i) {
+            if (!child_of(node, names[i]).IsDefined()) node[names[i]] = YAML::Node(YAML::NodeType::Map);
+            node.reset(child_of(node, names[i]));
+        }
         if (node.IsSequence())
             node[std::stoul(names.back())] = value;
         else

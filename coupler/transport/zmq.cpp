@@ -1,7 +1,6 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <thread>
 #include <utility>
 
 #include "coupler/transport/transport.hpp"
@@ -18,38 +17,34 @@ using std::chrono::milliseconds;
 constexpr std::size_t copied_below =
     65'536;  // bytes; zmq_bench: below, a copy costs no more than handing over a buffer
 constexpr milliseconds first_retry{10}, longest_retry{200}, meeting_slice{20};
-constexpr milliseconds last_words{500};  // that a listener waits for those who called it to end first
-constexpr milliseconds young{100};       // of an attempt that its own failure cannot be known of yet
 
 class ZmqTransport final : public Transport
 {
  public:
     ZmqTransport(Members const& members, Network const& network)
-        : network_(network), self_(members.self), doorman_(prepared(members, network)), context_(zmq_ctx_new())
+        : network_(network), doorman_(prepared(members, network)), context_(zmq_ctx_new())
     {
         int const count = static_cast<int>(members.names.size());
         for (int peer = 0; peer < count; ++peer) {
             bool const other = peer != members.self;
             endpoints_.push_back(other ? endpoint_between(members, network, peer) : Endpoint{});
-            sockets_.push_back(other ? open_pair(context_.get(), network, endpoints_.back().port != 0) : nullptr);
+            sockets_.push_back(nullptr);
             calls_.emplace_back();
-            calls_.back().due = other && members.self > peer;
+            calls_.back().is_ours = calls_.back().due = other && members.self > peer;
             slots_.push_back(nullptr);
-            if (!other) continue;
-            peers_.push_back(peer);
-            doorman_.protect(sockets_.back().get(), peer, members.self < peer);
-            int descriptor = -1;
-            std::size_t size = sizeof descriptor;
-            zmq_getsockopt(sockets_.back().get(), ZMQ_FD, &descriptor, &size);
-            signals_.push_back({descriptor, POLLIN, 0});
+            if (other) peers_.push_back(peer);
         }
-        watch_ = std::make_unique<ConnectionWatch>(context_.get(), sockets_, endpoints_, members.self, doorman_,
-                                                   network.silence);
+        signals_.resize(peers_.size());
+        watch_ = std::make_unique<ConnectionWatch>(context_.get(), endpoints_, members.self, doorman_, network.silence);
+        for (std::size_t i = 0; i < peers_.size(); ++i) open_socket(i);
         listen(members);
         call_those_due();
     }
 
-    ~ZmqTransport() override { let_callers_end_first(); }
+    ~ZmqTransport() override
+    {
+        for (int peer : peers_) close_socket(static_cast<std::size_t>(peer));
+    }
 
     std::span<std::byte> reserve(int peer, std::size_t size) override
     {
@@ -65,8 +60,9 @@ class ZmqTransport final : public Transport
                              std::to_string(network_.largest_message) + " between these participants).",
                          Exit::io);
         });
-        if (!settled_) call_those_due();
         auto const at = static_cast<std::size_t>(peer);
+        if (!settled_) call_those_due();
+        if (calls_[at].is_ours && !watch_->is_open(peer)) return false;  // it would be kept for nobody
         int const sent = size < copied_below
                              ? zmq_send(sockets_[at].get(), slots_[at]->buffer.data(), size, ZMQ_DONTWAIT)
                              : send_in_place(at, size);
@@ -108,10 +104,10 @@ class ZmqTransport final : public Transport
  private:
     struct Call  //!< an attempt to connect to a listener
     {
+        bool is_ours = false;  //!< this side calls
         bool due = false;
-        bool failed = false;  //!< the last one, and it is still to be hung up
+        bool has_ended = false;  //!< the last one
         Clock::time_point not_before{};
-        Clock::time_point made{};  //!< the last one
         Clock::duration pause = first_retry;
     };
 
@@ -121,6 +117,30 @@ class ZmqTransport final : public Transport
         require_descriptors(members.names.size() - 1);
         if (!network.directory.empty() && network.hosts.empty()) require_private(network.directory);
         return {members, network};
+    }
+
+    //! A new one for each call: what is left of an attempt that has ended would end the next one on the same socket.
+    void open_socket(std::size_t i)
+    {
+        int const peer = peers_[i];
+        auto const at = static_cast<std::size_t>(peer);
+        auto socket = open_pair(context_.get(), network_, endpoints_[at].port != 0);
+        doorman_.protect(socket.get(), peer, !calls_[at].is_ours);
+        watch_->attach(peer, socket.get());
+        sockets_[at] = std::move(socket);
+        int descriptor = -1;
+        std::size_t size = sizeof descriptor;
+        zmq_getsockopt(sockets_[at].get(), ZMQ_FD, &descriptor, &size);
+        signals_[i] = {descriptor, POLLIN, 0};
+        wait_ = -1;
+    }
+
+    void close_socket(std::size_t at)
+    {
+        if (!sockets_[at]) return;
+        if (calls_[at].is_ours && !watch_->is_open(static_cast<int>(at)))
+            set_option(sockets_[at].get(), ZMQ_LINGER, 0);  // nobody to wait for
+        sockets_[at].reset();
     }
 
     void listen(Members const& members)
@@ -135,38 +155,27 @@ class ZmqTransport final : public Transport
         if (door_) door_->open();
     }
 
-    //! With ZMQ_IMMEDIATE libzmq drops what the connecting side has not read yet when it finds the connection ended
-    //! (session_base_t::reconnect: hiccup, terminate): the reason of one that stops, a goodbye. The listening side's is
-    //! read to its end. So who listens gives the others time to read, and to hang up.
-    void let_callers_end_first()
-    {
-        auto const deadline = Clock::now() + last_words;
-        auto const calls_us = [&](int peer) { return peer > self_ && watch_->is_taken(peer); };
-        while (Clock::now() < deadline && std::any_of(peers_.begin(), peers_.end(), calls_us))
-            std::this_thread::sleep_for(milliseconds(1));
-    }
-
     void call_those_due()
     {
         auto const now = Clock::now();
-        for (int peer : peers_) {
+        for (std::size_t i = 0; i < peers_.size(); ++i) {
+            int const peer = peers_[i];
             auto const at = static_cast<std::size_t>(peer);
             auto& call = calls_[at];
-            // the last attempt's end may be told late, and must not be taken for that of the one under way: the other
-            // side may have begun to send on it
-            if (now - call.made > young && watch_->take_failed_attempt(peer)) call.failed = true;
-            // hanging up would drop what a peer said before it ended; asked after its end is known: then all has come
-            if (has_message(sockets_[at].get())) continue;
-            if (std::exchange(call.failed, false)) {
-                hang_up(sockets_[at].get(), endpoints_[at]);
-                call.due = true;
+            if (watch_->take_failed_attempt(peer)) {
+                call.due = call.has_ended = true;
+                call.not_before = std::max(call.not_before, now + first_retry);  // its last words are on their way
             }
             if (!call.due || now < call.not_before) continue;
+            if (has_message(sockets_[at].get())) continue;  // of a peer that has ended since
             call.not_before = now + call.pause;
             call.pause = std::min<Clock::duration>(2 * call.pause, longest_retry);
             if (door_ && !Door::is_open(network_.directory, peer)) continue;
+            if (std::exchange(call.has_ended, false)) {
+                close_socket(at);
+                open_socket(i);
+            }
             call.due = !call_at(sockets_[at].get(), endpoints_[at]);
-            call.made = now;
         }
     }
 
@@ -234,11 +243,11 @@ class ZmqTransport final : public Transport
     }
 
     Network network_;
-    int self_;
     Doorman doorman_;
     SendPool pool_;  // before the context: its thread sends from here
     Context context_;
-    std::vector<Endpoint> endpoints_;     //!< per member
+    std::vector<Endpoint> endpoints_;  //!< per member
+    std::unique_ptr<ConnectionWatch> watch_;
     std::vector<Socket> sockets_;         //!< per member
     std::vector<Call> calls_;             //!< per member
     std::vector<SendPool::Slot*> slots_;  //!< per member: reserved, not yet sent
@@ -246,7 +255,6 @@ class ZmqTransport final : public Transport
     std::vector<pollfd> signals_;         //!< per peer
     std::shared_ptr<Received> spare_;     //!< for the next message
     std::unique_ptr<Door> door_;
-    std::unique_ptr<ConnectionWatch> watch_;  // after the sockets: it ends before they close
     std::size_t turn_ = 0;
     int wait_ = -1;  //!< ms, of await_only()
     bool settled_ = false;

@@ -64,12 +64,11 @@ void Connection::event(int number, int value)
         case ZMQ_EVENT_DISCONNECTED:
             closed(value);
             break;
-        case ZMQ_EVENT_CLOSED:
-            note_failure();
+        case ZMQ_EVENT_CLOSED:  // there was nobody to connect with
+            failed_attempt_ = !terms_.listener;
             break;
-        default:
+        default:  // a failed handshake; that its connection ends is told next
             if (terms_.listener) ++turned_away_;
-            note_failure();
             note_handshake(number, value);
     }
 }
@@ -77,7 +76,6 @@ void Connection::event(int number, int value)
 void Connection::opened(int descriptor)
 {
     reached_ = true;
-    failed_attempt_ = false;
     gone_.erase(descriptor);
     open_[descriptor] = {terms_.tcp ? 0 : process_behind(descriptor), cookie_of(descriptor)};
     if (descriptor == early_) make_own(descriptor);
@@ -87,17 +85,10 @@ void Connection::closed(int descriptor)
 {
     open_.erase(descriptor);
     gone_.insert(descriptor);
-    note_failure();
+    failed_attempt_ = !terms_.listener;
     if (descriptor != own_) return;
     own_ = -1;  // the number will be used again, perhaps by a stranger
     lost_ = true;
-}
-
-//! One attempt may fail by several events, the last of them after the next attempt has come through: that one must not
-//! be hung up for it, since what it carries would be gone.
-void Connection::note_failure()
-{
-    if (!terms_.listener && open_.empty()) failed_attempt_ = true;
 }
 
 //! Before everybody has met a peer may be started again.

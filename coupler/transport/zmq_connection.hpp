@@ -36,8 +36,8 @@ class Connection
     bool lost() const { return lost_; }
     bool is_taken() const { return own_ >= 0; }
     bool is_settled() const { return settled_; }
-    //! Whether an attempt to connect has ended since the last call: it is to be repeated.
-    bool take_failed_attempt() { return std::exchange(failed_attempt_, false) && open_.empty(); }
+    //! Whether an attempt to connect has ended since the last call: it is to be repeated. Each ends once.
+    bool take_failed_attempt() { return std::exchange(failed_attempt_, false); }
     //! Nobody has answered this side's attempts to connect.
     bool never_reached() const { return !reached_ && !terms_.listener; }
     int listening() const { return listening_; }  //!< descriptor of the listening socket, or -1
@@ -45,7 +45,6 @@ class Connection
     std::string trouble() const;
 
  private:
-    void note_failure();
     using Clock = Transport::Clock;
     void opened(int descriptor);
     void closed(int descriptor);

@@ -12,7 +12,11 @@ namespace sluice {
 
 struct CloseSocket
 {
-    void operator()(void* socket) const { zmq_close(socket); }
+    void operator()(void* socket) const
+    {
+        zmq_socket_monitor(socket, nullptr, 0);  // before who reads its events closes: libzmq would wait for him
+        zmq_close(socket);
+    }
 };
 using Socket = std::unique_ptr<void, CloseSocket>;
 

@@ -9,10 +9,11 @@
 namespace sluice {
 namespace {
 
-constexpr int linger = 2000;       // ms that an end waits for what nobody takes
-constexpr int handshake = 5000;    // ms that a stranger may hold a descriptor
-constexpr int beats = 5;           // heartbeats in the silence that is allowed
-constexpr int never = 86'400'000;  // ms
+constexpr int linger = 2000;           // ms that an end waits for what nobody takes
+constexpr int handshake = 5000;        // ms that a stranger may hold a descriptor
+constexpr int beats = 5;               // heartbeats in the silence that is allowed
+constexpr int never = 86'400'000;      // ms
+constexpr int no_return = 43'200'000;  // ms before libzmq itself calls again: by then a run that lost a peer is over
 constexpr rlim_t enough_descriptors = 65'536;
 // measured (tests/faults/zmq_test.cpp, S6): 9, and 4 a peer, with shared memory 3 more; the rest is for files
 constexpr rlim_t own_descriptors = 12, peer_descriptors = 7;
@@ -56,8 +57,10 @@ Socket open_pair(void* context, Network const& network, bool tcp)
     // Over tcp Connection::look() finds who is silent: to ZeroMQ a message under way is no sign of life before its end.
     set_option(socket.get(), ZMQ_HEARTBEAT_TIMEOUT, tcp ? never : silence);
     set_option(socket.get(), ZMQ_HANDSHAKE_IVL, handshake);
-    set_option(socket.get(), ZMQ_IMMEDIATE, 1);       // nothing is queued for a connection that there is not
-    set_option(socket.get(), ZMQ_RECONNECT_IVL, -1);  // we call again ourselves, and no more once all have met
+    // Not ZMQ_IMMEDIATE, which would spare us asking whether there is a connection before sending: with it the side
+    // that called drops what it has not read yet when the other one leaves. We call again ourselves, on a new socket,
+    // and no more once all have met. Not -1: libzmq would then end the endpoint, and drop what was not read with it.
+    set_option(socket.get(), ZMQ_RECONNECT_IVL, no_return);
     return socket;
 }
 
@@ -79,11 +82,6 @@ bool has_message(void* socket)
     int events = 0;
     std::size_t size = sizeof events;
     return zmq_getsockopt(socket, ZMQ_EVENTS, &events, &size) == 0 && (events & ZMQ_POLLIN) != 0;
-}
-
-void hang_up(void* socket, Endpoint const& endpoint)
-{
-    zmq_disconnect(socket, endpoint.uri.c_str());
 }
 
 }  // namespace sluice

@@ -16,7 +16,6 @@ Socket open_pair(void* context, Network const& network, bool tcp);
 void listen_at(void* socket, Endpoint const& endpoint);
 
 bool call_at(void* socket, Endpoint const& endpoint);
-bool has_message(void* socket);                        //!< one can be read now
-void hang_up(void* socket, Endpoint const& endpoint);  //!< what is left of a call; nothing may be
+bool has_message(void* socket);  //!< one can be read now
 
 }  // namespace sluice

@@ -44,52 +44,77 @@ void close_to_strangers(int listening)
 
 }  // namespace
 
-ConnectionWatch::ConnectionWatch(void* context, std::vector<Socket> const& sockets,
-                                 std::vector<Endpoint> const& endpoints, int self, Doorman const& doorman,
-                                 std::chrono::milliseconds silence)
-    : sockets_(sockets),
-      endpoints_(endpoints),
+ConnectionWatch::ConnectionWatch(void* context, std::vector<Endpoint> const& endpoints, int self,
+                                 Doorman const& doorman, std::chrono::milliseconds silence)
+    : endpoints_(endpoints),
+      self_(self),
       doorman_(doorman),
       look_every_(std::clamp(silence / 10, shortest_look, longest_look)),
       events_(new_socket(context, ZMQ_PULL)),
       requests_(new_socket(context, ZMQ_REP)),
-      stop_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
+      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
 {
-    require(stop_ >= 0, [] { return Error("no descriptor left. Raise `ulimit -n`.", Exit::io); });
+    require(wake_ >= 0, [] { return Error("no descriptor left. Raise `ulimit -n`.", Exit::io); });
     set_option(events_.get(), ZMQ_LINGER, 0);
     set_option(events_.get(), ZMQ_RCVHWM, 0);  // without limit: a full queue would stop libzmq
     set_option(requests_.get(), ZMQ_LINGER, 0);
     zmq_bind(requests_.get(), "inproc://zeromq.zap.01");
-    for (std::size_t p = 0; p < sockets.size(); ++p) {
+    for (std::size_t p = 0; p < endpoints.size(); ++p) {
         bool const tcp = endpoints[p].port != 0;
         connections_.emplace_back(Connection::Terms{self < static_cast<int>(p), tcp, doorman.curve() && tcp, silence});
-        if (!sockets[p]) continue;
-        auto const name = "inproc://monitor-" + std::to_string(p);
-        require(zmq_socket_monitor(sockets[p].get(), name.c_str(), events_of_interest) == 0 &&
-                    zmq_connect(events_.get(), name.c_str()) == 0,
-                [] { return Error(std::string("no events: ") + zmq_strerror(errno) + ".", Exit::io); });
+        open_.emplace_back(false);
     }
     thread_ = std::thread([this] { run(); });
 }
 
 ConnectionWatch::~ConnectionWatch()
 {
-    std::uint64_t const one = 1;
-    (void)!::write(stop_, &one, sizeof one);
+    {
+        std::lock_guard const lock(mutex_);
+        ending_ = true;
+    }
+    wake();
     thread_.join();
-    for (auto const& socket : sockets_)
-        if (socket) zmq_socket_monitor(socket.get(), nullptr, 0);  // before the reader closes
-    ::close(stop_);
+    ::close(wake_);
+}
+
+void ConnectionWatch::wake() const
+{
+    std::uint64_t const one = 1;
+    (void)!::write(wake_, &one, sizeof one);
+}
+
+//! The thread is made to listen before there can be an event: libzmq waits, with all its sockets, for who takes them.
+void ConnectionWatch::attach(int peer, void* socket)
+{
+    auto const name = "inproc://monitor-" + std::to_string(peer) + "-" + std::to_string(attachments_++);
+    require(zmq_socket_monitor(socket, name.c_str(), events_of_interest) == 0,
+            [] { return Error(std::string("no events: ") + zmq_strerror(errno) + ".", Exit::io); });
+    std::unique_lock lock(mutex_);
+    to_attach_ = name;
+    wake();
+    attached_.wait(lock, [&] { return to_attach_.empty(); });
 }
 
 void ConnectionWatch::run()
 {
     zmq_pollitem_t items[] = {
-        {nullptr, stop_, ZMQ_POLLIN, 0}, {events_.get(), 0, ZMQ_POLLIN, 0}, {requests_.get(), 0, ZMQ_POLLIN, 0}};
+        {nullptr, wake_, ZMQ_POLLIN, 0}, {events_.get(), 0, ZMQ_POLLIN, 0}, {requests_.get(), 0, ZMQ_POLLIN, 0}};
     auto next_look = Transport::Clock::now() + look_every_;
-    while (!(items[0].revents & ZMQ_POLLIN)) {
-        if (zmq_poll(items, 3, look_every_.count()) < 0 && errno != EINTR) return;
+    for (;;) {
+        for (auto& item : items) item.revents = 0;
+        (void)zmq_poll(items, 3, look_every_.count());
         std::lock_guard const lock(mutex_);
+        if (items[0].revents & ZMQ_POLLIN) {
+            std::uint64_t count = 0;
+            (void)!::read(wake_, &count, sizeof count);
+        }
+        if (ending_) return;
+        if (!to_attach_.empty()) {
+            zmq_connect(events_.get(), to_attach_.c_str());
+            to_attach_.clear();
+            attached_.notify_all();
+        }
         if (items[1].revents & ZMQ_POLLIN)
             read_event();
         else if (items[2].revents & ZMQ_POLLIN)
@@ -105,7 +130,7 @@ Connection* ConnectionWatch::find(std::string const& uri)
     auto const colon = uri.rfind(':');
     for (std::size_t p = 0; p < endpoints_.size(); ++p) {
         bool const ipc = endpoints_[p].port == 0;
-        if (sockets_[p] &&
+        if (static_cast<int>(p) != self_ &&
             (ipc ? uri == endpoints_[p].uri : uri.substr(colon + 1) == std::to_string(endpoints_[p].port)))
             return &connections_[p];
     }
@@ -120,7 +145,10 @@ void ConnectionWatch::read_event()
     std::memcpy(&number, parts[0].data(), sizeof number);
     std::int32_t value = 0;
     std::memcpy(&value, parts[0].data() + sizeof number, sizeof value);
-    if (auto* const connection = find(parts[1])) connection->event(number, value);
+    auto* const connection = find(parts[1]);
+    if (!connection) return;
+    connection->event(number, value);
+    open_[static_cast<std::size_t>(connection - connections_.data())] = connection->is_taken();
 }
 
 void ConnectionWatch::answer_request()
@@ -147,12 +175,6 @@ bool ConnectionWatch::lost(int peer) const
     return connections_[static_cast<std::size_t>(peer)].lost();
 }
 
-bool ConnectionWatch::is_taken(int peer) const
-{
-    std::lock_guard const lock(mutex_);
-    return connections_[static_cast<std::size_t>(peer)].is_taken();
-}
-
 void ConnectionWatch::carried_message(int peer, int descriptor)
 {
     std::lock_guard const lock(mutex_);
@@ -170,7 +192,7 @@ void ConnectionWatch::settle()
     std::lock_guard const lock(mutex_);
     for (std::size_t p = 0; p < connections_.size(); ++p) {
         connections_[p].settle();
-        if (sockets_[p] && endpoints_[p].port != 0 && connections_[p].listening() >= 0)
+        if (endpoints_[p].port != 0 && connections_[p].listening() >= 0)
             close_to_strangers(connections_[p].listening());
     }
 }
@@ -186,7 +208,7 @@ std::string ConnectionWatch::trouble(int peer) const
         unreached = connection.never_reached();
     }
     auto const& endpoint = endpoints_[at];
-    auto const why = unreached && sockets_[at] ? why_unreachable(endpoint) : "";
+    auto const why = unreached && peer != self_ ? why_unreachable(endpoint) : "";
     return why.empty() ? why : endpoint.uri + ": " + why;
 }
 

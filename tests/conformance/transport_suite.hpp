@@ -215,8 +215,17 @@ inline void all_to_all(Transport& t, int self, int members)
         for (int peer = 0; peer < members; ++peer)
             if (peer != self) send(t, peer, numbered(self, number(self, peer, n), size(n)), taken);
     auto const expected = static_cast<std::size_t>(each * (members - 1));
-    while (taken.size() < expected) taken.push_back(receive(t));
     std::vector<int> seen(static_cast<std::size_t>(members));
+    while (taken.size() < expected) {
+        auto incoming = t.receive(std::chrono::seconds(20));
+        if (!incoming) {
+            std::string came = "nothing more came to " + std::to_string(self) + " within 20 s; came:";
+            for (auto const& m : taken) ++seen[static_cast<std::size_t>(m.peer)];
+            for (int const n : seen) came += " " + std::to_string(n);
+            throw std::runtime_error(came);
+        }
+        taken.push_back(std::move(*incoming));
+    }
     for (auto const& message : taken) {
         int const n = seen.at(static_cast<std::size_t>(message.peer))++;
         expect(same(message, numbered(message.peer, number(message.peer, self, n), size(n))),

@@ -149,13 +149,15 @@ TEST_CASE("shm: conforms, by shared memory alone")
     CHECK(kinds[1] == "shm");
 }
 
-//! Not over ZeroMQ and shared memory: three members that send before settle() lost messages there on a loaded machine
-//! (see Limits in coupler/transport/README.md).
-TEST_CASE("loopback: three members, all to all")
+TEST_CASE("every transport but MPI: three members that begin at once, all to all")
 {
+    in_threads::Scratch a, b;
     sluice::LoopbackHub hub(3);
     Side const side = [](Transport& t, int self) { suite::all_to_all(t, self, 3); };
     CHECK(converse([&](int self) { return hub.connect(self); }, side, 3) == "");
+    CHECK(converse(ipc(a.path(), 3), side, 3) == "");
+    CHECK(converse(tcp(tcp_address(), 3), side, 3) == "");
+    CHECK(converse(shm(b.path(), 3), side, 3) == "");
 }
 
 TEST_CASE("every transport but MPI: a peer that leaves is noticed within 2 s")

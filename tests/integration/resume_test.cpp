@@ -138,6 +138,28 @@ TEST_CASE("resume: a scene with other physics is refused")
     CHECK(c.final_place("left") == whole("left"));
 }
 
+TEST_CASE("resume: windows that were asked for are all stored, also when each of them is")
+{
+    for (int every : {1, 7}) {
+        Case c(scene());
+        auto const count = "checkpoint.windows=" + std::to_string(every);
+        REQUIRE(c.run({"--set", "time.end=0.05", "--set", count, "--set", "checkpoint.keep=100"}).exit == 0);
+        std::vector<std::int64_t> expected;
+        for (std::int64_t window = every; window < 50; window += every) expected.push_back(window);
+        CHECK(c.checkpoints() == expected);
+    }
+}
+
+TEST_CASE("resume: a solver's config that has changed is told")
+{
+    Case c(scene());
+    REQUIRE(c.run({"--set", "time.end=0.05", "--set", "checkpoint.windows=20"}).exit == 0);
+    REQUIRE(c.resume({"--set", "time.end=0.1", "--set", "participants.left.config.steps=2"}).exit == 0);
+    auto const text = summary(c).dump();
+    CHECK(text.find("its config is not that of its checkpoint: \\\"participants.left.config.steps = 2") != text.npos);
+    CHECK(text.find("right.config") == text.npos);
+}
+
 TEST_CASE("resume: no run, a run that goes on, and one that began anew")
 {
     in_threads::Scratch scratch;

@@ -12,7 +12,7 @@
 
 #include "coupler/coupler.hpp"
 
-//! Solvers of a few lines, for tests of the coupling: each speaks to one partner about one number.
+//! Solvers of a few lines, for tests of the coupling: each speaks to its partners about one number.
 namespace toys {
 
 inline constexpr std::int64_t one_point[] = {1};
@@ -59,8 +59,8 @@ struct Fault
 //! Told the state at the start and at the end of every window: time [s] and the toy's own value.
 using Watcher = std::function<void(double time, double value)>;
 
-//! One mass of the two-mass oscillator (C09b), sub-cycled with velocity Verlet; tells its partner its place [m].
-//! m x'' = -wall_spring x - middle_spring (x - x_partner)
+//! One mass of the two-mass oscillator (C09b), or of more, sub-cycled with velocity Verlet; tells its partners its
+//! place [m].  m x'' = -wall_spring x - sum over partners of middle_spring (x - x_partner)
 inline void oscillator(sluice::Participant& self, Watcher const& watch = {})
 {
     auto r = self.config();
@@ -86,18 +86,24 @@ inline void oscillator(sluice::Participant& self, Watcher const& watch = {})
                 x = state.number("place");
                 v = state.number("velocity");
             });
-    auto const partner = self.senders("place").at(0);
+    auto const partners = self.senders("place");
     auto tell = [&](double extra) {
         double const value = x + extra;
-        self.write(partner, "place", one_point, {std::span(&value, 1)});
+        for (auto const& receiver : self.receivers("place"))
+            self.write(receiver, "place", one_point, {std::span(&value, 1)});
     };
     tell(0.0);
     if (watch) watch(0.0, x);
     for (sluice::Window const& window : self.windows()) {
         if (fault.leaves(window.index)) break;
-        auto other = self.read(partner, "place", window);
+        std::vector<sluice::Samples> others;
+        for (auto const& partner : partners) others.push_back(self.read(partner, "place", window));
         double const h = window.length / static_cast<double>(steps);
-        auto force = [&](double t) { return -wall * x - middle * (x - other.columns(t)[0][0]); };
+        auto force = [&](double t) {
+            double sum = -wall * x;
+            for (auto& other : others) sum -= middle * (x - other.columns(t)[0][0]);
+            return sum;
+        };
         for (std::int64_t k = 0; k < steps; ++k) {
             double const t = window.begin + h * static_cast<double>(k);
             v += h / 2 * force(t) / mass;

@@ -101,6 +101,36 @@ TEST_CASE("command: explain knows every exit code and finds messages by a word")
     CHECK(says(unknown, "Did you mean circle?"));
 }
 
+TEST_CASE("command: explain takes a message as it was printed")
+{
+    struct
+    {
+        std::string message, word;
+    } const said[] = {
+        {"scene.yaml:8:1: participants.left.colour is not a key (keys: command, config, ranks).", "key"},
+        {"participant \"left\" is lost: its process 12 ended, while \"right\" was in window 3 of 5 (t = 0.1 s). Look "
+         "at its log.",
+         "lost"},
+        {"participant \"a\": \"b\" (it does not listen yet) did not come within 60 s. Start with:", "absent"},
+        {"participants \"a\" and \"b\" have different scenes: \"x = 1\" here, \"x = 2\" there.", "scenes"},
+        {"participant \"left\": place.place of id 1 is not finite in frame 301", "finite"},
+        {"ledger, in window 5 of 9 (t = 1 s): a -> b: load: force_x [N] does not close: 1 times seconds came",
+         "ledger"},
+        {"participant \"a\" wrote nothing to \"b\" before window 1 of 2", "written"},
+        {"out: no complete checkpoint to go on from. ", "checkpoint"},
+        {"window 12 did not converge in 20 iterations (relative residuals: x 0.1).", "converge"},
+        {"out/series.csv: cannot write: No space left on device (errno 28). Free some space, or choose another folder.",
+         "space"}};
+    Desk const desk;
+    for (auto const& [message, word] : said) {
+        CAPTURE(message);
+        auto const answer = desk.json({"explain", message, "--json"});
+        REQUIRE(answer.size() == 1);
+        CHECK(answer[0]["word"] == word);
+    }
+    CHECK(desk.sluice({"explain", "this was never printed"}).exit == 2);
+}
+
 TEST_CASE("command: check says how the schedule goes, and warns")
 {
     Desk const desk;

@@ -106,6 +106,15 @@ TEST_CASE("scene: a mistake in --set is said to be there, and a path that is not
     CHECK(has(mistakes(good, {"time.end"}), "no \"=\""));
 }
 
+TEST_CASE("scene: --set may name a block of keys that the file does not have")
+{
+    REQUIRE(std::string(good).find("checkpoint") == std::string::npos);
+    auto const loaded = sluice::load_scene_text(good, "scene.yaml", {"checkpoint.windows=5", "checkpoint.keep=3"});
+    CHECK(loaded.scene.checkpoint.windows == 5);
+    CHECK(loaded.scene.checkpoint.keep == 3);
+    CHECK(has(mistakes(good, {"chekpoint.windows=5"}), "chekpoint"));  // its reader knows no such key
+}
+
 TEST_CASE("scene: text that is no YAML, empty, several documents, too deep, a bomb of aliases: one message each")
 {
     CHECK(has(mistakes("a: [1, 2\nb: 3\n"), "not YAML"));
