@@ -1,11 +1,16 @@
 #include "coupler/command_line.hpp"
 
 #include <sys/prctl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 
 #include "coupler/session.hpp"
@@ -71,6 +76,23 @@ void heed_signals()
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGTERM, note_signal);
     if (std::getenv(parent_death)) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+}
+
+void write_log_by_lines()
+{
+    std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
+}
+
+void require_log()
+{
+    if (std::ferror(stdout) == 0) [[likely]]
+        return;
+    struct stat info = {};
+    if (::fstat(STDOUT_FILENO, &info) != 0 || !S_ISREG(info.st_mode)) return;  // a pipe that nobody reads any more
+    int const error = ::write(STDOUT_FILENO, "\n", 1) == 1 ? 0 : errno;
+    throw Error(std::string("standard output, the log: lines were lost: ") +
+                    (error ? std::strerror(error) : "there was no room for a while") + ". Make room, then resume.",
+                Exit::io);
 }
 
 int exit_for_launcher(int exit)

@@ -212,6 +212,8 @@ class Participant
     void note(std::string_view text);        //!< one line shown by `sluice run` while this participant prepares itself
     int finish();                            //!< called by run(): the end-of-run handshake, the summary, the exit code
     void fail(Error const& error) noexcept;  //!< called by run(): tells the peers and the status page
+    //! Why this process stops, in one line with its name, window, time and process where the error does not say them.
+    std::string last_words(Error const& error) const;
 
     struct Session;
 

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdio>
 #include <new>
@@ -254,6 +256,7 @@ Windows::Iterator::Iterator(Participant::Session& session) : session_(&session)
 
 Windows::Iterator& Windows::Iterator::operator++()
 {
+    require_log();
     done_ = !session_->advance(window_);
     return *this;
 }
@@ -307,6 +310,15 @@ void Participant::fail(Error const& error) noexcept
     }
 }
 
+std::string Participant::last_words(Error const& error) const
+{
+    auto const& s = *session_;
+    std::string const why = error.what();
+    if (s.status->windows <= 0 || why.find("(t = ") != why.npos) return why;
+    return fmt::format("participant \"{}\" stopped in {}, process {}: {}", s.name_of_member(s.self), s.where(),
+                       s.status->pid.load(), why);
+}
+
 namespace {
 
 int solve_and_finish(Participant& self, std::function<void(Participant&)> const& solve)
@@ -317,17 +329,17 @@ int solve_and_finish(Participant& self, std::function<void(Participant&)> const&
         return self.finish();
     } catch (Error const& e) {
         self.fail(e);
-        std::fprintf(stderr, "%s\n", e.what());
+        std::fprintf(stderr, "%s\n", self.last_words(e).c_str());
         return static_cast<int>(e.exit());
     } catch (std::bad_alloc const&) {
         Error const e("participant \"" + self.name() + "\": out of memory. Make the scene smaller.", Exit::io);
         self.fail(e);
-        std::fprintf(stderr, "%s\n", e.what());
+        std::fprintf(stderr, "%s\n", self.last_words(e).c_str());
         return static_cast<int>(e.exit());
     } catch (std::exception const& e) {
         Error const internal("participant \"" + self.name() + "\": " + e.what() + " (a bug of ours).", Exit::internal);
         self.fail(internal);
-        std::fprintf(stderr, "%s\n", internal.what());
+        std::fprintf(stderr, "%s\n", self.last_words(internal).c_str());
         return static_cast<int>(Exit::internal);
     }
 }
@@ -339,12 +351,16 @@ int run(int argc, char** argv, std::function<void(Participant&)> const& solve)
     JoinOptions options;
     if (int const code = parse_command_line(argc, argv, options); code >= 0) return code;
     heed_signals();
+    write_log_by_lines();
     try {
         Participant self(std::move(options));
         return exit_for_launcher(solve_and_finish(self, solve));
     } catch (Error const& e) {  // the scene itself cannot be read
         std::fprintf(stderr, "%s\n", e.what());
         return static_cast<int>(e.exit());
+    } catch (std::bad_alloc const&) {  // before there was a participant
+        std::fputs("out of memory before the first window (needed: a larger limit, see ulimit -v).\n", stderr);
+        return static_cast<int>(Exit::io);
     }
 }
 

@@ -148,8 +148,13 @@ Error Participant::Session::lost_peer(int member) const
     auto const trouble = transport->trouble(member);
     auto const what =
         trouble.empty() ? fmt::format("it ended, or was silent for {} s", scene.silence_timeout) : trouble;
-    return Error(fmt::format("participant \"{}\" is lost: {}, while \"{}\" was in {}. Look at its log.",
-                             name_of_member(member), what, name_of_member(self), where()),
+    auto const process = greetings[static_cast<std::size_t>(member)].process;
+    auto const peer = static_cast<std::size_t>(members[static_cast<std::size_t>(member)].participant);
+    auto const& host = scene.participants[peer].host;
+    bool const named = what.find("process") != what.npos || process <= 0;
+    auto const who = named ? "" : fmt::format(" (process {}{})", process, host.empty() ? "" : " on " + host);
+    return Error(fmt::format("participant \"{}\" is lost: {}{}, while \"{}\" was in {}. Look at its log.",
+                             name_of_member(member), what, who, name_of_member(self), where()),
                  Exit::peer_died);
 }
 

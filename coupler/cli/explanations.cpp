@@ -11,11 +11,12 @@ std::vector<Explanation> const& explanations()
          "file:line:column: path = what was seen (what is needed). `sluice check SCENE` repeats the list."},
         {3, "died", "a participant ended before the run did",
          "A solver crashed, was killed (signal 9 without a reason: look for the kernel's out-of-memory killer in\n"
-         "`dmesg`) or left its loop over the windows. The message shows the last lines of its log, RUN/NAME.log."},
-        {4, "timeout", "a partner is silent, or never came",
-         "A participant did not come within timeouts.connect, or its process gave no sign of life for\n"
-         "timeouts.silence. A solver that computes for long is alive: a thread of its own answers for it. Look\n"
-         "whether its process is stopped (state T), its host is unreachable, or it is still preparing."},
+         "`dmesg`) or left its loop over the windows: the message shows the last lines of its log, RUN/NAME.log. Or\n"
+         "it gave no sign of life for timeouts.silence: look whether its process is stopped (state T) or its host\n"
+         "cannot be reached. A solver that computes for long is alive: a thread of its own answers for it."},
+        {4, "timeout", "a partner never came, or a window never ended",
+         "A participant did not come within timeouts.connect: look whether it was started, and whether it is still\n"
+         "preparing. Or a window took longer than timeouts.window; the message says who computes and who waits."},
         {5, "protocol", "versions, scenes or frames of two participants do not match",
          "Two participants were started with different scenes, another --set, or another version; the message shows\n"
          "the first line that differs. A directory that another run uses is refused with this code, too."},

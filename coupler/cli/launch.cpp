@@ -23,6 +23,7 @@ using std::chrono::seconds;
 
 constexpr milliseconds tick{20};
 constexpr milliseconds grace{700};          // for the others to say why they stop, after the first has ended
+constexpr milliseconds early_grace{200};    // before the first window: who waits for one that died has nothing to say
 constexpr milliseconds mpirun_grace{1600};  // mpirun says how a process ended in 0.4 s on an idle machine
 constexpr milliseconds term_time{200};      // between SIGTERM and SIGKILL
 constexpr seconds time_to_stop{15};         // Slurm kills 30 s after its SIGTERM
@@ -84,7 +85,9 @@ bool Run::one_failed()
 void Run::end_all(Clock::time_point first_failure, std::optional<std::size_t>& root)
 {
     bool const mpirun = std::any_of(crew_.jobs.begin(), crew_.jobs.end(), [](Job const& j) { return j.mpirun; });
-    auto const patience = mpirun ? mpirun_grace : grace;
+    bool const begun = std::any_of(crew_.pages.begin(), crew_.pages.end(),
+                                   [](MappedStatus const& page) { return page && page->windows > 0; });
+    auto const patience = mpirun ? mpirun_grace : begun ? grace : early_grace;
     bool asked = false, killed = false;
     while (!crew_.all_ended()) {
         if (!root && !asked) root = root_cause(crew_);  // later, our own signals end them

@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <regex>
+#include <sstream>
 
 #include "coupler/base/error.hpp"
 #include "coupler/record/atomic_file.hpp"
@@ -38,6 +39,29 @@ Job& job_of(Crew& crew, std::size_t member)
         for (auto const m : job.members)
             if (m == member) return job;
     throw Error("a member that nobody started.", Exit::internal);
+}
+
+//! ", process 1234 on HOST"; no host: this one. Empty when it is not known.
+std::string process_of(Crew const& crew, Job const& job, std::size_t member)
+{
+    auto const& page = crew.pages[member];
+    bool const own = !job.mpirun && !job.remote;
+    auto const number = page && page->pid > 0 ? page->pid.load() : own ? job.process->pid() : 0;
+    if (number <= 0) return {};
+    auto const& spec = crew.scene.participants[static_cast<std::size_t>(crew.members[member].participant)];
+    return fmt::format(", process {}{}", number, job.remote ? " on " + spec.host : "");
+}
+
+//! What the log ends with, apart from what the message says already; with a heading.
+std::string end_of_log(Job const& job, std::string const& message)
+{
+    std::string lines;
+    std::istringstream all(last_lines(job.log, log_lines));
+    for (std::string line; std::getline(all, line);)
+        if (auto const begin = line.find_first_not_of(' ');
+            begin != line.npos && message.find(line.substr(begin)) == message.npos)
+            lines += "\n" + line;
+    return lines.empty() ? lines : "\n  its log, " + job.log.string() + ", ends with:" + lines;
 }
 
 //! The others that stopped because of the root cause, in one line.
@@ -100,15 +124,16 @@ Verdict explain(Crew& crew, std::optional<std::size_t> root)
     auto& job = job_of(crew, *root);
     if (page && page->phase == Phase::failed) {
         verdict.exit = page->exit;
-        verdict.message = fmt::format("participant \"{}\" stopped {}: {}", name, place_of(page), page->message);
-        verdict.message += consequences(crew, *root);
+        verdict.message = fmt::format("participant \"{}\" stopped {}{}: {}", name, place_of(page),
+                                      process_of(crew, job, *root), page->message);
+        auto const log = job.mpirun ? std::string() : end_of_log(job, verdict.message);
+        verdict.message += consequences(crew, *root) + log;
     } else {
-        auto const process = page && page->pid > 0 ? fmt::format(" (process {})", page->pid.load()) : std::string();
-        verdict.message =
-            fmt::format("participant \"{}\" {} {}{}.", name, words_of(ending_of(job)), place_of(page), process);
-        auto const lines = last_lines(job.log, log_lines);
-        verdict.message += consequences(crew, *root) + "\n  its log, " + job.log.string() +
-                           ", ends with:" + (lines.empty() ? " nothing" : lines);
+        verdict.message = fmt::format("participant \"{}\" {} {}{}.", name, words_of(ending_of(job)), place_of(page),
+                                      process_of(crew, job, *root));
+        auto const log = end_of_log(job, verdict.message);
+        verdict.message += consequences(crew, *root) +
+                           (log.empty() ? "\n  its log, " + job.log.string() + ", ends with: nothing" : log);
     }
     return verdict;
 }

@@ -38,6 +38,13 @@ namespace {
     ::_exit(127);
 }
 
+Error cannot_start(std::string const& program, int error)
+{
+    return Error(program + ": cannot be started: " + std::strerror(error) + "." +
+                     (error == EMFILE || error == ENFILE ? " Raise `ulimit -n`." : ""),
+                 Exit::io);
+}
+
 }  // namespace
 
 Process::Process(std::vector<std::string> const& words, std::filesystem::path const& log,
@@ -49,7 +56,7 @@ Process::Process(std::vector<std::string> const& words, std::filesystem::path co
     for (auto& word : copy) argv.push_back(word.data());
     argv.push_back(nullptr);
     int report[2];
-    require(::pipe2(report, O_CLOEXEC) == 0, [] { return Error(std::strerror(errno), Exit::io); });
+    require(::pipe2(report, O_CLOEXEC) == 0, [&] { return cannot_start(words[0], errno); });
     pid_t const parent = ::getpid();
     pid_ = ::fork();
     if (pid_ == 0) become(argv.data(), log.c_str(), mode == Log::append ? O_APPEND : O_TRUNC, parent, report[1]);
@@ -59,7 +66,7 @@ Process::Process(std::vector<std::string> const& words, std::filesystem::path co
     ::close(report[0]);
     require(error == 0, [&] {
         pid_ = -1;
-        return Error(words[0] + ": cannot be started: " + std::strerror(error) + ".", Exit::io);
+        return cannot_start(words[0], error);
     });
 }
 

@@ -38,6 +38,7 @@ class Process
 
     std::optional<Ending> poll();  //!< how it ended, if it has
     Ending wait();
+    pid_t pid() const { return pid_; }
     void signal(int number) const;  //!< to it and to what it started, also after it has ended itself
 
  private:

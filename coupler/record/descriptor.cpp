@@ -58,8 +58,9 @@ std::uint64_t length_of(Descriptor const& file, std::filesystem::path const& pat
 
 void throw_io(std::filesystem::path const& path, std::string_view action, int code)
 {
-    std::string_view const advice = code == ENOSPC || code == EDQUOT ? "Free some space, or choose another folder."
-                                                                     : "Check the folder and its permissions.";
+    std::string_view const advice = code == ENOSPC || code == EDQUOT   ? "Free some space, or choose another folder."
+                                    : code == EMFILE || code == ENFILE ? "Raise `ulimit -n`."
+                                                                       : "Check the folder and its permissions.";
     throw Error(
         fmt::format("{}: cannot {}: {} (errno {}). {}", path.string(), action, std::strerror(code), code, advice),
         Exit::io);

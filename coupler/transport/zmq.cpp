@@ -114,6 +114,7 @@ class ZmqTransport final : public Transport
     //! What must be so before there is anything to close.
     static Doorman prepared(Members const& members, Network const& network)
     {
+        require_descriptors(members.names.size() - 1);
         if (!network.directory.empty() && network.hosts.empty()) require_private(network.directory);
         return {members, network};
     }

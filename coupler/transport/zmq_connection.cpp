@@ -85,6 +85,7 @@ void Connection::closed(int descriptor)
 {
     open_.erase(descriptor);
     gone_.insert(descriptor);
+    if (descriptor == early_) early_ = -1;
     failed_attempt_ = !terms_.listener;
     if (descriptor != own_) return;
     own_ = -1;  // the number will be used again, perhaps by a stranger
@@ -109,8 +110,8 @@ void Connection::carried_message(int descriptor)
     if (descriptor < 0 || descriptor == own_) return;
     if (open_.contains(descriptor))
         make_own(descriptor);
-    else
-        early_ = descriptor;  // of a connection that has ended, or whose beginning is not known here yet
+    else if (!gone_.contains(descriptor))
+        early_ = descriptor;  // its beginning is not known here yet
 }
 
 void Connection::refused(std::string const& why)

@@ -35,6 +35,9 @@ class Connection
 
     bool lost() const { return lost_; }
     bool is_taken() const { return own_ >= 0; }
+    //! What is sent now goes somewhere: events come from another thread, and may be later than the peer's first
+    //! message.
+    bool is_open() const { return is_taken() || early_ >= 0; }
     bool is_settled() const { return settled_; }
     //! Whether an attempt to connect has ended since the last call: it is to be repeated. Each ends once.
     bool take_failed_attempt() { return std::exchange(failed_attempt_, false); }

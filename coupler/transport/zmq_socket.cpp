@@ -3,6 +3,8 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <string>
 
 namespace sluice {
 namespace {
@@ -13,6 +15,8 @@ constexpr int beats = 5;               // heartbeats in the silence that is allo
 constexpr int never = 86'400'000;      // ms
 constexpr int no_return = 43'200'000;  // ms before libzmq itself calls again: by then a run that lost a peer is over
 constexpr rlim_t enough_descriptors = 65'536;
+// measured (tests/faults/zmq_test.cpp, S6): 9, and 4 a peer, with shared memory 3 more; the rest is for files
+constexpr rlim_t own_descriptors = 12, peer_descriptors = 7;
 
 //! Strangers may hold a descriptor of ours each until their handshake has timed out.
 void allow_many_descriptors()
@@ -24,6 +28,21 @@ void allow_many_descriptors()
 }
 
 }  // namespace
+
+void require_descriptors(std::size_t peers)
+{
+    std::error_code none;
+    auto const open = std::distance(std::filesystem::directory_iterator("/proc/self/fd", none), {});
+    auto const needed = static_cast<rlim_t>(open) + own_descriptors + peer_descriptors * peers;
+    rlimit limit = {};
+    if (none || ::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= needed) return;
+    limit.rlim_cur = std::min(limit.rlim_max, needed);
+    require(limit.rlim_max >= needed && ::setrlimit(RLIMIT_NOFILE, &limit) == 0, [&] {
+        return Error("open files: the limit is " + std::to_string(limit.rlim_max) + " (needed for " +
+                         std::to_string(peers) + " peers: " + std::to_string(needed) + "). Raise `ulimit -n`.",
+                     Exit::io);
+    });
+}
 
 Socket open_pair(void* context, Network const& network, bool tcp)
 {

@@ -5,6 +5,10 @@
 
 namespace sluice {
 
+//! Raises this process's limit of open files to what so many peers need. Throws Error (exit 7) where it may not:
+//! libzmq ends a process that has no descriptor left.
+void require_descriptors(std::size_t peers);
+
 //! A PAIR socket with every bound that a run needs: queues, sizes, heartbeats, handshake, linger.
 Socket open_pair(void* context, Network const& network, bool tcp);
 

@@ -148,7 +148,7 @@ void ConnectionWatch::read_event()
     auto* const connection = find(parts[1]);
     if (!connection) return;
     connection->event(number, value);
-    open_[static_cast<std::size_t>(connection - connections_.data())] = connection->is_taken();
+    open_[static_cast<std::size_t>(connection - connections_.data())] = connection->is_open();
 }
 
 void ConnectionWatch::answer_request()
@@ -179,6 +179,7 @@ void ConnectionWatch::carried_message(int peer, int descriptor)
 {
     std::lock_guard const lock(mutex_);
     at(peer).carried_message(descriptor);
+    open_[static_cast<std::size_t>(peer)] = at(peer).is_open();
 }
 
 bool ConnectionWatch::take_failed_attempt(int peer)

@@ -1,11 +1,9 @@
 // Row F23 of the fault matrix and the restart goals: cut anywhere, killed at any moment, gone on to the same bits.
 
-#include <random>
-
-#include "tests/support/launched.hpp"
+#include "tests/faults/matrix.hpp"
 #include "tests/support/repeats.hpp"
 
-using namespace launched;
+using namespace matrix;
 using sluice::test::repeats;
 
 namespace {
@@ -13,25 +11,6 @@ namespace {
 std::string text(std::string const& checkpoint, std::string const& more = "")
 {
     return scene(", nap: 0.001", "", "checkpoint: {" + checkpoint + "}\n" + more);
-}
-
-//! The end of a run of `end` that nobody disturbed.
-std::pair<double, double> undisturbed(std::string const& end)
-{
-    Case c(scene());
-    REQUIRE(c.run({"--set", "time.end=" + end}).exit == 0);
-    return {c.final_place("left"), c.final_place("right")};
-}
-
-std::pair<double, double> end_of(Case const& c)
-{
-    return {c.final_place("left"), c.final_place("right")};
-}
-
-std::mt19937& random_numbers()
-{
-    static std::mt19937 numbers(20250101);
-    return numbers;
 }
 
 void kill_at_random(Case const& c, shell::Background const& run, int longest_ms)
@@ -81,7 +60,8 @@ TEST_CASE("F23: kill -9 at a random moment of a run that writes a checkpoint at 
 {
     auto const whole = undisturbed("0.2");
     int resumed = 0, cut = 0;
-    for (int round = 0; round < repeats(5); ++round) {
+    Row row("F23", "kill -9 while checkpoints are written, resume", {.brief = 5, .stated = 500});
+    while (row.next()) {
         Case c(text("windows: 1"));
         shell::Background run(c.command({"--set", "time.end=0.2"}), c.log());
         kill_at_random(c, run, 1500);
@@ -98,7 +78,7 @@ TEST_CASE("F23: kill -9 at a random moment of a run that writes a checkpoint at 
         CHECK(end_of(c) == whole);
         resumed += result.exit == 0 && end_of(c) == whole;
     }
-    MESSAGE("F23: " << cut << " of " << repeats(5) << " were killed at work, " << resumed
+    MESSAGE("F23: " << cut << " of " << row.repeats() << " were killed at work, " << resumed
                     << " of those that had a checkpoint went on to the same bits");
 }
 

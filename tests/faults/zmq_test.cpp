@@ -9,7 +9,8 @@
 #include "tests/support/tcp_proxy.hpp"
 
 //! What ZeroMQ does by itself that a run must not suffer from: one test for each measured fact Z1, Z2, ...
-//! Strangers, noise and keys (Z4 to Z6, Z16) are in zmq_strangers_test.cpp.
+//! Strangers, noise and keys (Z4 to Z6, Z16, Z17) are in zmq_strangers_test.cpp and zmq_keys_test.cpp, ends (Z13) in
+//! zmq_ends_test.cpp.
 using namespace zmq_pair;
 
 namespace {
@@ -283,39 +284,6 @@ TEST_CASE("Z12: nothing is sent to a peer that is not there")
     REQUIRE(within(patience, [&] { return b->try_send(0, message); }));
     auto const incoming = suite::receive(*a);
     CHECK(suite::same(incoming, message));
-}
-
-TEST_CASE("Z13: an end waits 0.5 s at most for what nobody takes")
-{
-    in_threads::Scratch scratch;
-    auto const network = over_ipc(scratch);
-    Child b([&] { echo(network); });
-    auto a = member(0, network);
-    REQUIRE(meet_child(*a));
-    b.signal(SIGSTOP);
-    auto const message = suite::numbered(0, 1, 1'000'000);
-    int queued = 0;
-    while (a->try_send(1, message)) ++queued;
-    CHECK(queued >= 1);
-    auto const begin = std::chrono::steady_clock::now();
-    a.reset();
-    CHECK(std::chrono::steady_clock::now() - begin < seconds(10));  // without a bound: for ever
-}
-
-TEST_CASE("Z13: what a peer said before it left is still read")
-{
-    for (bool const ipc : {true, false})
-        for (int const leaver : {0, 1}) {
-            in_threads::Scratch scratch;
-            auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, free_ports());
-            Owner pair[2] = {member(0, network), member(1, network)};
-            REQUIRE(meet(*pair[0], *pair[1]));
-            for (int n = 0; n < 8; ++n) REQUIRE(say(*pair[leaver], 1 - leaver, "word " + std::to_string(n)));
-            pair[leaver].reset();
-            std::this_thread::sleep_for(milliseconds(300));
-            for (int n = 0; n < 8; ++n) CHECK(text_from(*pair[1 - leaver]) == "word " + std::to_string(n));
-            CHECK(finds_lost(*pair[1 - leaver], leaver));
-        }
 }
 
 TEST_CASE("Z14: a socket file that a killed process left behind is no obstacle")

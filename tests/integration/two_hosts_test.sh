@@ -40,9 +40,9 @@ same_facts() { # same_facts DIRECTORY PARTICIPANT
 }
 
 by_hand() { # by_hand SCENE: each on its host, with a directory of its own
-    on_a "$toy" "$work/$1.yaml" --as left --out "$work/a" >"$work/left.log" 2>&1 &
+    ip netns exec "$A" "$toy" "$work/$1.yaml" --as left --out "$work/a" >"$work/left.log" 2>&1 &
     left=$!
-    on_b "$toy" "$work/$1.yaml" --as right --out "$work/b" >"$work/right.log" 2>&1 &
+    ip netns exec "$B" "$toy" "$work/$1.yaml" --as right --out "$work/b" >"$work/right.log" 2>&1 &
     right=$!
     started="$started $left $right"
 }
@@ -119,6 +119,43 @@ case $case in
         expect 0 "$right" right
         same_facts "$work/noisy" left
         same_facts "$work/noisy" right
+        ;;
+    loss) # 5 % of the packets lost each way
+        one_host
+        on_a iptables -A INPUT -i "va$$" -m statistic --mode random --probability 0.05 -j DROP 2>"$work/why" ||
+            skip "no random loss in this kernel"
+        on_b iptables -A INPUT -i "vb$$" -m statistic --mode random --probability 0.05 -j DROP
+        hosts two "security: insecure" "transport: zmq
+timeouts: {silence: 20}"
+        by_hand two
+        expect 0 "$left" left
+        expect 0 "$right" right
+        same_facts "$work/a" left
+        same_facts "$work/b" right
+        [ "$(on_b iptables -nvxL INPUT | awk '/statistic/ {print $1}')" -gt 0 ] || fail "nothing was lost"
+        ;;
+    kill | partition) # the far participant is killed; nothing passes any more. (Namespaces share memory, hosts do not: zmq)
+        nap=0.01
+        hosts two "security: insecure" "transport: zmq
+timeouts: {silence: 2}"
+        by_hand two
+        for _ in $(seq 200); do on_b ss -tnH state established | grep -q 10.71.0.1 && break || sleep 0.05; done
+        sleep "1.$((RANDOM % 10))"
+        begin=$(date +%s%N)
+        if [ "$case" = kill ]; then
+            kill -9 "$right"
+        else
+            on_b iptables -A INPUT -i "vb$$" -j DROP
+            on_b iptables -A OUTPUT -o "vb$$" -j DROP
+            expect 3 "$right" right
+            grep -q 'participant "left" is lost: no heartbeat for 2 s (process [0-9]* on 10.71.0.1), while "right" was in window' \
+                "$work/right.log" || fail "right does not say why"
+        fi
+        expect 3 "$left" left
+        echo "ended after $((($(date +%s%N) - begin) / 1000000)) ms"
+        grep -q 'participant "right" is lost: .*process [0-9]* on 10.71.0.2.*, while "left" was in window [0-9]* of 500 (t = ' \
+            "$work/left.log" || fail "left does not say who"
+        [ "$case" = kill ] || grep -q "no heartbeat for 2 s" "$work/left.log" || fail "left does not say why"
         ;;
     *) echo "no case $case" && exit 2 ;;
 esac

@@ -11,7 +11,7 @@
 #include "coupler/record/atomic_file.hpp"
 #include "tests/coupler/record/checkpoints.hpp"
 #include "tests/coupler/record/folder.hpp"
-#include "tests/support/repeats.hpp"
+#include "tests/support/fault_row.hpp"
 
 using namespace sluice;
 using namespace sluice::test;
@@ -69,9 +69,10 @@ TEST_CASE("checkpoint: a writer killed at any moment leaves a complete generatio
     write_checkpoint(store, 0, values);
     std::mt19937_64 random(23);
     std::int64_t window = 0;
-    int const kills = repeats(50);
     int passed_over = 0;
-    for (int kill = 0; kill < kills; ++kill) {
+    Row row("F23", "writer of checkpoints killed", {.brief = 50, .stated = 500});
+    while (row.next()) {
+        int const kill = row.round();
         pid_t const writer = start_writer(store);
         bool const late = kill % 2 == 1;  // half of them after a checkpoint: between the manifest and the next one
         bool const in_time = !late || completed_after(store, window);
@@ -83,7 +84,8 @@ TEST_CASE("checkpoint: a writer killed at any moment leaves a complete generatio
         REQUIRE(now >= window + late);
         window = now;
     }
-    MESSAGE(kills << " kills, " << window << " checkpoints, " << passed_over << " times one was left unfinished");
+    MESSAGE(row.repeats() << " kills, " << window << " checkpoints, " << passed_over
+                          << " times one was left unfinished");
 }
 
 TEST_CASE("checkpoint: a full disk is said, and the generation before stays valid")
