@@ -21,6 +21,13 @@ std::string words_of(std::optional<Ending> const& ending)
     return fmt::format("ended with exit code {}", ending->code);
 }
 
+//! ssh and its like know no signals: whatever is not an exit code of the program comes as 255.
+std::string note_on(Job const& job, std::optional<Ending> const& ending)
+{
+    if (!job.remote || !ending || ending->code != 255) return {};
+    return " (the connection broke, or a signal ended it there)";
+}
+
 //! How mpirun says that the first of its processes ended.
 std::optional<Ending> ending_in(std::filesystem::path const& mpirun_log)
 {
@@ -104,8 +111,10 @@ Verdict explain(Crew& crew, std::optional<std::size_t> root)
         verdict.message += consequences(crew, *root);
     } else {
         auto const process = page && page->pid > 0 ? fmt::format(" (process {})", page->pid.load()) : std::string();
-        verdict.message =
-            fmt::format("participant \"{}\" {} {}{}.", name, words_of(ending_of(job)), place_of(page), process);
+        auto const ending = ending_of(job);
+        auto const& host = crew.scene.participants[static_cast<std::size_t>(crew.members[*root].participant)].host;
+        verdict.message = fmt::format("participant \"{}\"{} {}{} {}{}.", name, job.remote ? " on " + host : "",
+                                      words_of(ending), note_on(job, ending), place_of(page), process);
         auto const lines = last_lines(job.log, log_lines);
         verdict.message += consequences(crew, *root) + "\n  its log, " + job.log.string() +
                            ", ends with:" + (lines.empty() ? " nothing" : lines);
