@@ -12,6 +12,7 @@
 #include "coupler/base/error.hpp"
 #include "coupler/base/window_line.hpp"
 #include "coupler/cli/process.hpp"
+#include "coupler/cli/scratch_directory.hpp"
 #include "coupler/record/atomic_file.hpp"
 
 namespace sluice {
@@ -147,29 +148,6 @@ std::optional<Ending> wait_a_minute(Process& process)
     return process.poll();
 }
 
-//! A file for each participant's answer, gone with the object.
-class Answers
-{
- public:
-    Answers()
-    {
-        char pattern[] = "/tmp/sluice-check-XXXXXX";
-        require(::mkdtemp(pattern) != nullptr, [] { return Error("/tmp: no directory can be made there.", Exit::io); });
-        directory_ = pattern;
-    }
-    Answers(Answers const&) = delete;
-    Answers& operator=(Answers const&) = delete;
-    ~Answers()
-    {
-        std::error_code ignored;
-        std::filesystem::remove_all(directory_, ignored);
-    }
-    std::filesystem::path const& directory() const { return directory_; }
-
- private:
-    std::filesystem::path directory_;
-};
-
 }  // namespace
 
 std::vector<std::string> program_of(ParticipantSpec const& spec)
@@ -185,22 +163,22 @@ CheckedScene check_scene(SceneChoice const& choice)
     CheckedScene checked{load_scene(choice.scene, choice.overrides), {}, {}};
     Scene const& scene = checked.loaded.scene;
     require_executables(checked.loaded);
-    Answers const answers;
+    ScratchDirectory const answers("sluice-check");  // a file for each participant's answer
     std::vector<std::pair<std::string, Process>> running;
     for (auto const& spec : scene.participants) {
         auto argv = program_of(spec);
         if (!is_identifier(spec.name) || argv[0].empty() || find_executable(argv[0]).empty()) continue;
         for (std::string const& word : {scene.file.string(), std::string("--as"), spec.name, std::string("--out"),
-                                        (answers.directory() / "run").string(), std::string("--check")})
+                                        (answers.path() / "run").string(), std::string("--check")})
             argv.push_back(word);
         for (auto const& change : choice.overrides) argv.insert(argv.end(), {"--set", change});
-        running.emplace_back(spec.name, Process(argv, answers.directory() / spec.name));
+        running.emplace_back(spec.name, Process(argv, answers.path() / spec.name));
     }
     std::string broken;
     Proposals proposals;
     for (auto& [name, process] : running) {
         auto const ending = wait_a_minute(process);
-        auto rest = take_problems(read_file(answers.directory() / name), *checked.loaded.diagnostics);
+        auto rest = take_problems(read_file(answers.path() / name), *checked.loaded.diagnostics);
         if (auto const line = take_window(rest)) proposals.emplace_back(name, *line);
         auto const what = !ending               ? std::string("it does not end (does it know --check?)")
                           : ending->signal != 0 ? "signal " + std::to_string(ending->signal)

@@ -6,6 +6,7 @@
 #include "coupler/base/error.hpp"
 #include "coupler/cli/answers.hpp"
 #include "coupler/cli/commands.hpp"
+#include "coupler/cli/hosts.hpp"
 #include "coupler/cli/rehearsal.hpp"
 
 namespace sluice {
@@ -91,6 +92,7 @@ int check(Options const& o)
     Scene const& scene = checked.loaded.scene;
     auto const rehearsal = rehearse(scene);
     require_no_deadlock(scene, rehearsal);
+    if (!scene.remote.empty()) require_hosts(scene, {});  // else they are started by hand, wherever that is
     auto const remarks = remarks_on(scene, rehearsal);
     if (o.json) {
         print_json(as_json(checked, rehearsal, remarks));

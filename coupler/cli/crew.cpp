@@ -27,16 +27,18 @@ std::vector<CrewMember> members_of_crew(Scene const& scene)
     return members;
 }
 
+Variables mpirun_environment()
+{
+    return {{"OMPI_MCA_mpi_yield_when_idle", "1"},
+            {"OMPI_MCA_odls_base_sigkill_timeout", "0"},  // else it sleeps 1 s over its dead
+            {parent_death, "1"}};
+}
+
 void Crew::start(Job& job, Log log)
 {
     job.gone.reset();
     job.who.reset();
-    using Variables = std::vector<std::pair<std::string, std::string>>;
-    auto const environment =
-        job.mpirun ? Variables{{"OMPI_MCA_mpi_yield_when_idle", "1"},
-                               {"OMPI_MCA_odls_base_sigkill_timeout", "0"},  // else it sleeps 1 s over its dead
-                               {parent_death, "1"}}
-                   : Variables{};
+    auto const environment = job.mpirun ? mpirun_environment() : Variables{};
     job.process = std::make_unique<Process>(job.argv, job.log, environment, log);
 }
 
@@ -88,9 +90,19 @@ bool Crew::all_done() const
     return true;
 }
 
-void Crew::signal_all(int number) const
+//! What reaches another host ends what it started there itself; srun does not if its own child gets the signal, too.
+void Crew::ask_all_to_end() const
 {
-    for (auto const& job : jobs) job.process->signal(number);
+    for (auto const& job : jobs)
+        if (job.remote)
+            job.process->signal_itself(SIGTERM);
+        else
+            job.process->signal(SIGTERM);
+}
+
+void Crew::kill_all() const
+{
+    for (auto const& job : jobs) job.process->signal(SIGKILL);
 }
 
 StatusPage* Crew::pacer_page() const

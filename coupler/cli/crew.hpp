@@ -22,6 +22,10 @@ struct CrewMember
 };
 std::vector<CrewMember> members_of_crew(Scene const& scene);
 
+using Variables = std::vector<std::pair<std::string, std::string>>;
+//! What mpirun needs beside its arguments: it gives up the processor, and ends what it started at once.
+Variables mpirun_environment();
+
 //! What is started at once: a participant, or one mpirun with the processes of a participant or of all.
 struct Job
 {
@@ -59,7 +63,8 @@ struct Crew
     State state_of(Job& job);
     bool all_ended();
     bool all_done() const;
-    void signal_all(int number) const;
+    void ask_all_to_end() const;  //!< SIGTERM
+    void kill_all() const;
     StatusPage* pacer_page() const;  //!< of the process that takes requests; null: it has none yet
 
  private:

@@ -72,6 +72,11 @@ std::vector<Explanation> const& explanations()
         {-1, "unused", "nobody reads ...; ... reads nobody",
          "A warning: a participant without any coupling to or from it runs beside the others. Often a coupling is\n"
          "missing, or commented out."},
+        {-1, "hosts", "the run cannot be started on other hosts",
+         "Before anything is started, every other host is asked through the words of `remote` whether the current\n"
+         "directory, the scene, the program and the directory of the run are there under the same paths. The words\n"
+         "must reach the host without a password: try them with `true` behind. On hosts that share no files start the\n"
+         "participants by hand, each with an --out of its host."},
         {-1, "running", "another run is going on there",
          "A directory belongs to one run at a time. Wait for it, end it, or use another --out."},
         {-1, "packages", "no report: ... (needed: ...)",

@@ -26,7 +26,9 @@ constexpr milliseconds grace{700};          // for the others to say why they st
 constexpr milliseconds early_grace{200};    // before the first window: who waits for one that died has nothing to say
 constexpr milliseconds mpirun_grace{1600};  // mpirun says how a process ended in 0.4 s on an idle machine
 constexpr milliseconds term_time{200};      // between SIGTERM and SIGKILL
-constexpr seconds time_to_stop{15};         // Slurm kills 30 s after its SIGTERM
+constexpr milliseconds far_term_time{
+    1500};                           // the same for what has to end a process on another host: srun asks its controller
+constexpr seconds time_to_stop{15};  // Slurm kills 30 s after its SIGTERM
 
 std::vector<std::string> names_of(std::vector<CrewMember> const& members)
 {
@@ -80,7 +82,8 @@ bool Run::one_failed()
     return any;
 }
 
-//! Ends whatever still runs: first politely, then not. Returns within 2 s of the first failure. `root`: who was the
+//! Ends whatever still runs: first politely, then not. Returns within 2 s of the first failure, 3 s with
+//! other hosts. `root`: who was the
 //! cause, if that was not known yet.
 void Run::end_all(Clock::time_point first_failure, std::optional<std::size_t>& root)
 {
@@ -88,17 +91,19 @@ void Run::end_all(Clock::time_point first_failure, std::optional<std::size_t>& r
     bool const begun = std::any_of(crew_.pages.begin(), crew_.pages.end(),
                                    [](MappedStatus const& page) { return page && page->windows > 0; });
     auto const patience = mpirun ? mpirun_grace : begun ? grace : early_grace;
+    bool const far = std::any_of(crew_.jobs.begin(), crew_.jobs.end(), [](Job const& j) { return j.remote; });
+    auto const end = patience + (far ? far_term_time : term_time);
     bool asked = false, killed = false;
     while (!crew_.all_ended()) {
         if (!root && !asked) root = root_cause(crew_);  // later, our own signals end them
         auto const since = Clock::now() - first_failure;
         if (!asked && since > patience) {
             asked = true;
-            crew_.signal_all(SIGTERM);
+            crew_.ask_all_to_end();
         }
-        if (!killed && since > patience + term_time) {
+        if (!killed && since > end) {
             killed = true;
-            crew_.signal_all(SIGKILL);
+            crew_.kill_all();
         }
         std::this_thread::sleep_for(tick);
     }
@@ -137,7 +142,7 @@ RunEnding Run::well()
 RunEnding Run::ended_by_force(std::string const& why)
 {
     auto const where = places_of(crew_);
-    crew_.signal_all(SIGTERM);
+    crew_.ask_all_to_end();
     std::optional<std::size_t> root = 0;  // we are
     end_all(Clock::now() - mpirun_grace, root);
     return {.exit = static_cast<int>(Exit::interrupted), .message = fmt::format("stopped by {}: {}.", why, where)};

@@ -22,6 +22,13 @@ std::string words_of(std::optional<Ending> const& ending)
     return fmt::format("ended with exit code {}", ending->code);
 }
 
+//! ssh and its like know no signals: whatever is not an exit code of the program comes as 255.
+std::string note_on(Job const& job, std::optional<Ending> const& ending)
+{
+    if (!job.remote || !ending || ending->code != 255) return {};
+    return " (the connection broke, or a signal ended it there)";
+}
+
 //! How mpirun says that the first of its processes ended.
 std::optional<Ending> ending_in(std::filesystem::path const& mpirun_log)
 {
@@ -41,15 +48,14 @@ Job& job_of(Crew& crew, std::size_t member)
     throw Error("a member that nobody started.", Exit::internal);
 }
 
-//! ", process 1234 on HOST"; no host: this one. Empty when it is not known.
+//! ", process 1234"; empty when it is not known.
 std::string process_of(Crew const& crew, Job const& job, std::size_t member)
 {
     auto const& page = crew.pages[member];
     bool const own = !job.mpirun && !job.remote;
     auto const number = page && page->pid > 0 ? page->pid.load() : own ? job.process->pid() : 0;
     if (number <= 0) return {};
-    auto const& spec = crew.scene.participants[static_cast<std::size_t>(crew.members[member].participant)];
-    return fmt::format(", process {}{}", number, job.remote ? " on " + spec.host : "");
+    return fmt::format(", process {}", number);
 }
 
 //! What the log ends with, apart from what the message says already; with a heading.
@@ -122,15 +128,19 @@ Verdict explain(Crew& crew, std::optional<std::size_t> root)
     auto const& name = crew.members[*root].name;
     auto const& page = crew.pages[*root];
     auto& job = job_of(crew, *root);
+    auto const& host = crew.scene.participants[static_cast<std::size_t>(crew.members[*root].participant)].host;
+    auto const who = fmt::format("participant \"{}\"{}", name, job.remote ? " on " + host : "");
     if (page && page->phase == Phase::failed) {
         verdict.exit = page->exit;
-        verdict.message = fmt::format("participant \"{}\" stopped {}{}: {}", name, place_of(page),
-                                      process_of(crew, job, *root), page->message);
+        verdict.message =
+            fmt::format("{} stopped {}{}: {}", who, place_of(page), process_of(crew, job, *root), page->message);
         auto const log = job.mpirun ? std::string() : end_of_log(job, verdict.message);
         verdict.message += consequences(crew, *root) + log;
     } else {
-        verdict.message = fmt::format("participant \"{}\" {} {}{}.", name, words_of(ending_of(job)), place_of(page),
-                                      process_of(crew, job, *root));
+        auto const ending = ending_of(job);
+        auto const process = process_of(crew, job, *root);
+        verdict.message =
+            fmt::format("{} {}{} {}{}.", who, words_of(ending), note_on(job, ending), place_of(page), process);
         auto const log = end_of_log(job, verdict.message);
         verdict.message += consequences(crew, *root) +
                            (log.empty() ? "\n  its log, " + job.log.string() + ", ends with: nothing" : log);

@@ -22,7 +22,7 @@ namespace {
 //! Runs in the child between fork and exec: async-signal-safe calls only. Reports errno through the pipe.
 [[noreturn]] void become(char* const* argv, char const* log, int flags, pid_t parent, int report)
 {
-    ::setpgid(0, 0);
+    ::setsid();  // a group of its own, and no terminal: nobody may ask for a password there
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(127);  // the parent ended before the line above
     int const file = ::open(log, O_WRONLY | O_CREAT | flags, 0644);
@@ -105,6 +105,11 @@ Ending Process::wait()
 void Process::signal(int number) const
 {
     if (pid_ > 0) ::kill(-pid_, number);  // its group: no such group once all of it has ended
+}
+
+void Process::signal_itself(int number) const
+{
+    if (pid_ > 0 && !ending_) ::kill(pid_, number);
 }
 
 void adopt_orphans()

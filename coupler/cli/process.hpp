@@ -39,7 +39,8 @@ class Process
     std::optional<Ending> poll();  //!< how it ended, if it has
     Ending wait();
     pid_t pid() const { return pid_; }
-    void signal(int number) const;  //!< to it and to what it started, also after it has ended itself
+    void signal(int number) const;         //!< to it and to what it started, also after it has ended itself
+    void signal_itself(int number) const;  //!< to it alone, while it runs
 
  private:
     pid_t pid_ = -1;

@@ -9,6 +9,7 @@
 #include "coupler/cli/answers.hpp"
 #include "coupler/cli/collect.hpp"
 #include "coupler/cli/commands.hpp"
+#include "coupler/cli/hosts.hpp"
 #include "coupler/cli/launch.hpp"
 #include "coupler/cli/run_record.hpp"
 #include "coupler/record/atomic_file.hpp"
@@ -50,6 +51,7 @@ int carry_out(Options const& o, CheckedScene const& checked, RunRecord record, B
     Scene const& scene = checked.loaded.scene;
     if (!o.quiet)
         for (auto const& remark : checked.remarks) std::fputs(remark.c_str(), stderr);
+    require_hosts(scene, o.directory);
     std::vector<std::string> names;
     for (auto const& member : members_of_crew(scene)) names.push_back(member.name);
     Progress progress(names, o.quiet);

@@ -21,11 +21,19 @@ namespace fs = std::filesystem;
 std::vector<std::string> command(Scene const& scene, ParticipantSpec const& spec, fs::path const& directory,
                                  Begin begin, bool remote)
 {
-    auto argv = program_of(spec);
+    auto argv = remote ? program_there(spec) : program_of(spec);
     auto const place = [&](fs::path const& p) { return remote ? fs::absolute(p).lexically_normal() : p; };
     argv.insert(argv.end(), {place(scene.file).string(), "--as", spec.name, "--out", place(directory).string()});
     if (begin == Begin::resumed) argv.emplace_back("--resume");
     for (auto const& change : scene.overrides) argv.insert(argv.end(), {"--set", change});
+    return argv;
+}
+
+//! mpirun and its options.
+std::vector<std::string> mpirun_words()
+{
+    std::vector<std::string> argv{"mpirun", "--oversubscribe", "--bind-to", "none"};
+    if (::geteuid() == 0) argv.emplace_back("--allow-run-as-root");
     return argv;
 }
 
@@ -36,9 +44,7 @@ std::vector<std::string> mpirun()
             "mpirun is not on PATH (needed for transport: mpi and for ranks). Install the package openmpi-bin.",
             Exit::io);
     });
-    std::vector<std::string> argv{"mpirun", "--oversubscribe", "--bind-to", "none"};
-    if (::geteuid() == 0) argv.emplace_back("--allow-run-as-root");
-    return argv;
+    return mpirun_words();
 }
 
 void append(std::vector<std::string>& argv, std::vector<std::string> const& more)
@@ -46,21 +52,20 @@ void append(std::vector<std::string>& argv, std::vector<std::string> const& more
     argv.insert(argv.end(), more.begin(), more.end());
 }
 
-//! On another host: the scene's `remote` words, the host, the program. It ends with the connection that it came by.
-std::vector<std::string> remotely(Scene const& scene, std::string const& host, std::vector<std::string> const& program)
+//! What a program on another host needs to be as one here: the current directory, and the variables of this program. It
+//! ends with the connection that it came by, mpirun too, which does not ask for that itself.
+std::vector<std::string> as_here(std::vector<std::string> const& program, bool is_mpirun)
 {
-    require(!scene.remote.empty(), [&] {
-        return Error(scene.file.string() + ": " + host +
-                     " is another host, and the scene does not say how to start a program there. Give remote: [ssh, "
-                     "-o, BatchMode=yes] or [srun, -N1, -w], or start that participant by hand.");
-    });
-    std::vector<std::string> words{"env", std::string(parent_death) + "=1"};
+    std::vector<std::string> words{"env", "-C", fs::current_path().string()};
+    for (char** variable = environ; *variable; ++variable)
+        if (std::string_view(*variable).starts_with("SLUICE_")) words.emplace_back(*variable);
+    words.push_back(std::string(parent_death) + "=1");
+    if (is_mpirun) {
+        for (auto const& [name, value] : mpirun_environment()) words.push_back(name + "=" + value);
+        append(words, {"setpriv", "--pdeathsig", "KILL"});
+    }
     append(words, program);
-    auto const name = fs::path(scene.remote[0]).filename().string();
-    auto argv = scene.remote;
-    argv.push_back(host);
-    append(argv, name.ends_with("sh") ? quoted_for_shell(words) : words);
-    return argv;
+    return words;
 }
 
 Job job_of(Scene const& scene, std::size_t participant, fs::path const& directory, Begin begin)
@@ -70,10 +75,10 @@ Job job_of(Scene const& scene, std::size_t participant, fs::path const& director
     job.remote = !is_this_machine(spec.host);
     job.mpirun = spec.ranks > 1;
     std::vector<std::string> words;
-    if (job.mpirun) words = job.remote ? std::vector<std::string>{"mpirun", "--oversubscribe"} : mpirun();
+    if (job.mpirun) words = job.remote ? mpirun_words() : mpirun();
     if (job.mpirun) append(words, {"-np", std::to_string(spec.ranks)});
     append(words, command(scene, spec, directory, begin, job.remote));
-    job.argv = job.remote ? remotely(scene, spec.host, words) : words;
+    job.argv = job.remote ? remotely(scene, spec.host, as_here(words, job.mpirun)) : words;
     return job;
 }
 
@@ -113,6 +118,27 @@ std::vector<std::string> own_addresses()
 }
 
 }  // namespace
+
+std::vector<std::string> program_there(ParticipantSpec const& spec)
+{
+    auto words = program_of(spec);
+    if (words[0].find('/') != std::string::npos) words[0] = fs::absolute(words[0]).lexically_normal().string();
+    return words;
+}
+
+std::vector<std::string> remotely(Scene const& scene, std::string const& host, std::vector<std::string> const& program)
+{
+    require(!scene.remote.empty(), [&] {
+        return Error(scene.file.string() + ": " + host +
+                     " is another host, and the scene does not say how to start a program there. Give remote: [ssh] "
+                     "or [srun, -N1, -n1, -w], or start that participant by hand.");
+    });
+    auto const name = fs::path(scene.remote[0]).filename().string();
+    auto argv = scene.remote;
+    argv.push_back(host);
+    append(argv, name.ends_with("sh") ? quoted_for_shell(program) : program);
+    return argv;
+}
 
 bool is_this_machine(std::string const& host)
 {

@@ -22,6 +22,13 @@ std::vector<Job> jobs_of(Scene const& scene, std::vector<CrewMember> const& memb
 //! Whether `host` is this machine: empty, loopback, its name, or an address of one of its interfaces.
 bool is_this_machine(std::string const& host);
 
+//! The command that starts a participant on another host, without `--as` and what follows.
+std::vector<std::string> program_there(ParticipantSpec const& spec);
+
+//! What starts `program` on another host: the scene's `remote` words, the host, the program. Throws Error (exit 2) if
+//! the scene has no such words.
+std::vector<std::string> remotely(Scene const& scene, std::string const& host, std::vector<std::string> const& program);
+
 //! `words` in such a way that a program which joins its arguments for a shell (ssh, rsh) starts exactly that.
 std::vector<std::string> quoted_for_shell(std::vector<std::string> const& words);
 

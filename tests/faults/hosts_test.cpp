@@ -33,13 +33,13 @@ TEST_CASE("hosts: a participant on another host is started by the words of remot
     Far c("points: 3");
     auto const result = c.run({"--set", "title=it's far"});
     CHECK(result.exit == 0);
-    CHECK(c.asked() == "-q 203.0.113.7\n");
+    CHECK(c.asked() == "-q 203.0.113.7\n-q 203.0.113.7\n");  // what is there is looked at first
     CHECK(summary(c).at("windows") == 1000);
     CHECK(summary(c).at("title") == "it's far");
     Far dies("fault: exit, fault_window: 300");
     auto const died = dies.run();
     CHECK(died.exit == 3);
-    CHECK(says(died, "participant \"far\" ended with exit code 9 in window 300 of 1000"));
+    CHECK(says(died, "participant \"far\" on 203.0.113.7 ended with exit code 9 in window 300 of 1000"));
 }
 
 TEST_CASE("hosts: what runs on another host ends when the launcher does")

@@ -6,18 +6,17 @@ case=$1 member=$2 sluice=$3
 . "$(dirname "$0")/../support/two_hosts.sh"
 "$sluice" keygen "$work/keys" a b >"$work/keygen.log"
 
-# start A|B SELF KEYS SILENCE ROUNDS PAUSE: in the background; $pid
+# start a|b SELF KEYS SILENCE ROUNDS PAUSE: in the background; $pid
 start() {
     local host=$1 self=$2
     shift 2
-    ip netns exec "$host" "$member" "$self" 10.71.0.1 10.71.0.2 5000 "$@" >"$work/$self.log" 2>&1 &
+    "on_$host" "$member" "$self" 10.71.0.1 10.71.0.2 5000 "$@" >"$work/$self.log" 2>&1 &
     pid=$!
-    started="$started $pid"
 }
 
 both() { # both KEYS SILENCE ROUNDS PAUSE
-    start "$A" 0 "$@" && pid_a=$pid
-    start "$B" 1 "$@" && pid_b=$pid
+    start a 0 "$@" && pid_a=$pid
+    start b 1 "$@" && pid_b=$pid
 }
 
 same_hash() {
@@ -29,14 +28,12 @@ same_hash() {
 
 reference() { # reference ROUNDS: what the same conversation comes to on one host
     local reference_pid
-    ip netns exec "$A" "$member" 0 127.0.0.1 127.0.0.1 7000 - 5000 "$1" 0 >"$work/one.log" 2>&1 &
+    on_a "$member" 0 127.0.0.1 127.0.0.1 7000 - 5000 "$1" 0 >"$work/one.log" 2>&1 &
     reference_pid=$!
-    ip netns exec "$A" "$member" 1 127.0.0.1 127.0.0.1 7000 - 5000 "$1" 0 >"$work/other.log" 2>&1
+    on_a "$member" 1 127.0.0.1 127.0.0.1 7000 - 5000 "$1" 0 >"$work/other.log" 2>&1
     wait "$reference_pid"
 }
 
-partition() { on_b iptables -A INPUT -i "vb$$" -j DROP && on_b iptables -A OUTPUT -o "vb$$" -j DROP; }
-heal() { on_b iptables -F; }
 underway() { # until both have met
     local tries
     for tries in $(seq 200); do
@@ -84,8 +81,8 @@ case $case in
     wrong_key) # b shows a key that a does not know
         "$sluice" keygen "$work/other" b >"$work/keygen.log"
         mkdir "$work/mixed" && cp -p "$work"/keys/a.* "$work/other"/b.* "$work/mixed"
-        start "$A" 0 "$work/keys" 2000 10 0 && pid_a=$pid
-        start "$B" 1 "$work/mixed" 2000 10 0 && pid_b=$pid
+        start a 0 "$work/keys" 2000 10 0 && pid_a=$pid
+        start b 1 "$work/mixed" 2000 10 0 && pid_b=$pid
         expect 4 "$pid_a" a
         expect 4 "$pid_b" b
         grep -qF "unknown key $(cat "$work/other/b.public")" "$work/0.log" || fail "a does not say why"

@@ -44,14 +44,16 @@ by_hand() { # by_hand SCENE: each on its host, with a directory of its own
     left=$!
     ip netns exec "$B" "$toy" "$work/$1.yaml" --as right --out "$work/b" >"$work/right.log" 2>&1 &
     right=$!
-    started="$started $left $right"
+}
+
+over_the_network() {
+    grep -q '"transport": "zmq"' "$work/a/.sluice/left.json" || fail "the hosts share memory"
 }
 
 # ports_of SCENE: every address that listens in the namespace while the run goes on
 ports_of() {
     on_a "$sluice" run "$work/$1.yaml" --out "$work/$1" --no-report --quiet >"$work/$1.log" 2>&1 &
     local run=$!
-    started="$started $run"
     : >"$work/ports"
     while kill -0 "$run" 2>/dev/null; do
         on_a ss -ltnH | awk '{print $4}' >>"$work/ports"
@@ -68,6 +70,7 @@ case $case in
         by_hand two
         expect 0 "$left" left
         expect 0 "$right" right
+        over_the_network
         same_facts "$work/a" left
         same_facts "$work/b" right
         ;;
@@ -77,18 +80,30 @@ case $case in
         by_hand two
         expect 0 "$left" left
         expect 0 "$right" right
+        over_the_network
         same_facts "$work/a" left
         ;;
-    launched) # by one `sluice run` on the first host; the program that reaches the other stands for ssh
-        one_host
-        "$sluice" keygen "$work/keys" "$work/one.yaml" >"$work/keygen.log"
-        printf '#!/bin/sh\ncase $1 in 10.71.0.1) n=%s ;; *) n=%s ;; esac\nshift\nexec ip netns exec $n "$@"\n' "$A" "$B" \
-            >"$work/reach"
-        chmod +x "$work/reach"
-        hosts two "security: {keys: $work/keys}" "remote: [$work/reach]"
-        on_a "$sluice" run "$work/two.yaml" --out "$work/two" --no-report --quiet >"$work/two.log" 2>&1 || fail "the run"
-        same_facts "$work/two" left
-        same_facts "$work/two" right
+    dies | lost) # kill -9 of one, or no network any more: the other one ends too, and says whom it lost
+        nap=0.02
+        "$sluice" keygen "$work/keys" left right >"$work/keygen.log"
+        hosts two "security: {keys: $work/keys}" "timeouts: {silence: 2}"
+        by_hand two
+        for _ in $(seq 300); do
+            window=$(od -An -t d8 -j 8 -N 8 "$work/b/.sluice/right.status" 2>/dev/null || true)
+            [ "${window:-0}" -gt 3 ] && break || sleep 0.1
+        done
+        if [ "$case" = dies ]; then
+            on_b pkill -KILL -f -- "--as right"
+            expect 137 "$right" right
+        else
+            partition
+            expect 3 "$right" right
+            grep -q '^participant "left" is lost: no heartbeat for 2 s' "$work/right.log" || fail "right does not say why"
+        fi
+        expect 3 "$left" left
+        grep -q '^participant "right" is lost: ' "$work/left.log" || fail "left does not say why"
+        [ "$(wc -l <"$work/left.log")" = 1 ] || fail "more than one message"
+        nobody_left
         ;;
     ports) # a default run opens no port, one over loopback none beyond it
         nap=0.002
@@ -111,7 +126,6 @@ case $case in
             true
         on_a "$toy" "$work/noisy.yaml" --as right --out "$work/noisy" >"$work/right.log" 2>&1 &
         right=$!
-        started="$started $left $right"
         while kill -0 "$right" 2>/dev/null; do
             on_a timeout 0.1 bash -c 'head -c 3000 /dev/urandom >/dev/tcp/127.0.0.1/6001' 2>/dev/null || true
         done

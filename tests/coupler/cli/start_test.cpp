@@ -41,20 +41,40 @@ TEST_CASE("start: a host that is this machine is known by name, loopback and add
 
 TEST_CASE("start: on another host the words of remote, the host and the program, quoted for a shell if it is ssh")
 {
+    std::string const here = std::filesystem::current_path();
     auto const scene = two_hosts({"/usr/bin/ssh", "-o", "BatchMode=yes"});
     auto const jobs = jobs_of(scene, members_of_crew(scene), "/shared/run", Begin::anew);
     REQUIRE(jobs.size() == 2);
     CHECK(!jobs[0].remote);
     CHECK(jobs[0].argv[0] == "/bin/true");
     CHECK(jobs[1].remote);
-    CHECK(jobs[1].argv == Words{"/usr/bin/ssh", "-o", "BatchMode=yes", "203.0.113.7", "exec", "'env'",
-                                "'SLUICE_END_WITH_PARENT=1'", "'/bin/true'", "'-x'", "'/shared/scene.yaml'", "'--as'",
-                                "'right'", "'--out'", "'/shared/run'", "'--set'", "'title=it'\\''s'"});
+    CHECK(jobs[1].argv == Words{"/usr/bin/ssh", "-o", "BatchMode=yes", "203.0.113.7", "exec", "'env'", "'-C'",
+                                "'" + here + "'", "'SLUICE_END_WITH_PARENT=1'", "'/bin/true'", "'-x'",
+                                "'/shared/scene.yaml'", "'--as'", "'right'", "'--out'", "'/shared/run'", "'--set'",
+                                "'title=it'\\''s'"});
     auto const slurm = two_hosts({"srun", "-N1", "-w"});
     auto const words = jobs_of(slurm, members_of_crew(slurm), "/shared/run", Begin::resumed)[1].argv;
-    CHECK(words == Words{"srun", "-N1", "-w", "203.0.113.7", "env", "SLUICE_END_WITH_PARENT=1", "/bin/true", "-x",
-                         "/shared/scene.yaml", "--as", "right", "--out", "/shared/run", "--resume", "--set",
+    CHECK(words == Words{"srun", "-N1", "-w", "203.0.113.7", "env", "-C", here, "SLUICE_END_WITH_PARENT=1", "/bin/true",
+                         "-x", "/shared/scene.yaml", "--as", "right", "--out", "/shared/run", "--resume", "--set",
                          "title=it's"});
+}
+
+TEST_CASE("start: on another host mpirun ends with its connection, and our variables are set as here")
+{
+    auto scene = two_hosts({"srun", "-w"});
+    scene.participants[1].ranks = 2;
+    ::setenv("SLUICE_CACHE", "/shared/cache", 1);
+    auto const words = jobs_of(scene, members_of_crew(scene), "/shared/run", Begin::anew)[1].argv;
+    ::unsetenv("SLUICE_CACHE");
+    auto const at = [&](std::string const& word) {
+        return std::find(words.begin(), words.end(), word) - words.begin();
+    };
+    CHECK(at("SLUICE_CACHE=/shared/cache") < at("setpriv"));
+    CHECK(at("OMPI_MCA_mpi_yield_when_idle=1") < at("setpriv"));
+    CHECK(at("setpriv") + 3 == at("mpirun"));
+    CHECK(at("KILL") + 1 == at("mpirun"));
+    CHECK(at("mpirun") < at("/bin/true"));
+    CHECK(at("/bin/true") < static_cast<std::ptrdiff_t>(words.size()));
 }
 
 TEST_CASE("start: another host without a way to start a program there is a mistake")
