@@ -4,6 +4,8 @@
 #include <cassert>
 #include <unordered_map>
 
+#include "coupler/places.hpp"
+
 namespace sluice {
 namespace {
 
@@ -13,39 +15,6 @@ std::vector<std::size_t> widths_of(DataSpec const& spec, int dimension)
     for (auto const& column : spec.columns)
         widths.push_back(static_cast<std::size_t>(components(column.shape, dimension)));
     return widths;
-}
-
-bool same(std::span<std::int64_t const> a, std::span<std::int64_t const> b)
-{
-    return (a.data() == b.data() && a.size() == b.size()) || std::equal(a.begin(), a.end(), b.begin(), b.end());
-}
-
-bool is_ascending(std::span<std::int64_t const> ids)
-{
-    for (std::size_t i = 1; i < ids.size(); ++i)
-        if (ids[i] <= ids[i - 1]) return false;
-    return true;
-}
-
-constexpr std::size_t nowhere = ~std::size_t{0};
-
-//! For each point of `now` its place in `before`; nowhere: it is new.
-std::vector<std::size_t> places_of(std::span<std::int64_t const> now, std::span<std::int64_t const> before)
-{
-    std::vector<std::size_t> places(now.size(), nowhere);
-    if (is_ascending(now) && is_ascending(before)) {
-        for (std::size_t i = 0, k = 0; i < now.size(); ++i) {
-            while (k < before.size() && before[k] < now[i]) ++k;
-            if (k < before.size() && before[k] == now[i]) places[i] = k;
-        }
-        return places;
-    }
-    std::unordered_map<std::int64_t, std::size_t> at;
-    at.reserve(before.size());
-    for (std::size_t k = 0; k < before.size(); ++k) at.emplace(before[k], k);
-    for (std::size_t i = 0; i < now.size(); ++i)
-        if (auto const found = at.find(now[i]); found != at.end()) places[i] = found->second;
-    return places;
 }
 
 //! `old` with the points of `newest` in their order; a point that `old` lacks takes the values of `newest`.
@@ -174,6 +143,14 @@ void Samples::Source::keep(Frame frame)
     while (static_cast<std::int64_t>(history.size()) > kept) history.pop_back();
 }
 
+void Samples::Source::forget()
+{
+    history.clear();
+    guess.reset();
+    result.reset();
+    fitted_to_.fill(-1);
+}
+
 std::vector<std::span<double const>> const& Samples::Source::columns(double s)
 {
     std::array<Frame*, 3> frames{guess ? &*guess : &history.front()};
@@ -193,8 +170,9 @@ std::vector<std::span<double const>> const& Samples::Source::predicted()
 
 void Samples::Source::fit_guess_to_result()
 {
-    if (!same(guess->ids.values, result->ids.values)) guess = rearranged(*guess, *result, widths_of(spec, dimension));
-    if (!same(history.front().ids.values, result->ids.values))
+    if (!same_ids(guess->ids.values, result->ids.values))
+        guess = rearranged(*guess, *result, widths_of(spec, dimension));
+    if (!same_ids(history.front().ids.values, result->ids.values))
         history.front() = rearranged(history.front(), *result, widths_of(spec, dimension));
 }
 
@@ -206,14 +184,37 @@ std::vector<std::span<double const>> const& Samples::Source::mix(InEdge const& b
     for (std::size_t k = 1; k < frames.size(); ++k)
         past[k - 1] = static_cast<double>(begin - frames[k]->ticks) / static_cast<double>(length);
     auto const weights = sample_weights(by, static_cast<std::int64_t>(frames.size()), s, past);
+    std::array<Frame*, 3> fitting{};
+    std::copy(frames.begin(), frames.end(), fitting.begin());
     for (std::size_t k = 1; k < frames.size(); ++k)  // only now: most samples need no older frame
-        if (weights.at[k] != 0.0 && !same(frames[k]->ids.values, frames[0]->ids.values))
-            *frames[k] = rearranged(*frames[k], *frames[0], widths_of(spec, dimension));
+        if (weights.at[k] != 0.0) fitting[k] = fitted(k, *frames[k], *frames[0]);
+    frames = std::span(fitting).first(frames.size());
     if (booked && account) book(frames, weights);
+    combine(frames, weights);
+    if (booked && looking) tally.add(frames[0]->ids, spans_, {weights.at[0], weights.at[1], weights.at[2]});
+    return spans_;
+}
+
+//! `old`, the k-th of the history, with the points of `newest`; the history itself stays as it came.
+Frame* Samples::Source::fitted(std::size_t k, Frame& old, Frame const& newest)
+{
+    if (same_ids(old.ids.values, newest.ids.values)) return &old;
+    auto& fit = fitted_[k];
+    if (fit.index != old.index || fit.iteration != newest.iteration || fitted_to_[k] != newest.index ||
+        !same_ids(fit.ids.values, newest.ids.values)) {
+        fit = rearranged(old, newest, widths_of(spec, dimension));
+        fit.iteration = newest.iteration;
+        fitted_to_[k] = newest.index;
+    }
+    return &fit;
+}
+
+void Samples::Source::combine(std::span<Frame* const> frames, Weights const& weights)
+{
     Frame const& top = *frames[0];
     spans_.resize(top.columns.size());
     for (std::size_t c = 0; c < spans_.size(); ++c) spans_[c] = top.columns[c].values;
-    if (weights.at[0] == 1.0 && weights.at[1] == 0.0 && weights.at[2] == 0.0) return spans_;
+    if (weights.at[0] == 1.0 && weights.at[1] == 0.0 && weights.at[2] == 0.0) return;
     mixed_.resize(spans_.size());
     for (std::size_t c = 0; c < mixed_.size(); ++c) {
         auto const n = spans_[c].size();
@@ -227,7 +228,6 @@ std::vector<std::span<double const>> const& Samples::Source::mix(InEdge const& b
         }
         spans_[c] = mixed_[c];
     }
-    return spans_;
 }
 
 Totals const& Samples::Source::totals(Frame& frame) const

@@ -8,6 +8,7 @@
 #include "coupler/ledger.hpp"
 #include "coupler/schedule/schedule.hpp"
 #include "coupler/wire/message.hpp"
+#include "coupler/work.hpp"
 
 namespace sluice {
 
@@ -23,6 +24,7 @@ struct Samples::Source
     bool has(std::int64_t frame, std::uint32_t iteration) const;  //!< from every process of the sender
     Frame take();                                                 //!< the oldest pending frames, as one; has() was true
     void keep(Frame frame);                                       //!< becomes the newest of the history
+    void forget();                                                //!< the whole history
     //! The process of the sender that has the point `id`, as an index into its processes; -1: none has it.
     int origin_of(std::int64_t id) const;
     void set_origins(std::span<std::int64_t const> origins);  //!< of the newest frame's points
@@ -46,21 +48,29 @@ struct Samples::Source
         std::deque<Frame> pending = {};
         std::int64_t frame = -1;  //!< the last that came
         std::uint32_t iteration = 0;
+        std::deque<SaidPower> said = {};  //!< of pending frames
     };
     std::vector<Origin> origins;
-    std::deque<Frame> history;           //!< newest first
+    std::deque<Frame> history;           //!< newest first, as they came
     std::optional<Frame> guess;          //!< inside a group: this window's end as it is taken to be in this iteration
     std::optional<Frame> result;         //!< inside a group, lag 1: what the sender made of it
     std::int64_t begin = 0, length = 1;  //!< of the window that is sampled, ticks
     std::optional<Account> account;      //!< of what adds up, if the scene keeps a ledger
+    std::optional<Work> work;            //!< of loads: their energy
+    bool looking = false;                //!< this window's samples are added up in `tally`
+    Tally tally;
 
  private:
     Frame merged(std::vector<Frame> parts);
     std::vector<std::span<double const>> const& mix(InEdge const& by, std::span<Frame* const> frames, double s,
                                                     bool booked);
+    Frame* fitted(std::size_t k, Frame& old, Frame const& newest);
+    void combine(std::span<Frame* const> frames, Weights const& weights);
     void book(std::span<Frame* const> frames, Weights const& weights);
 
     std::unordered_map<std::int64_t, int> origin_of_;
+    std::array<Frame, 3> fitted_;                        //!< frames of the history with the newest one's points
+    std::array<std::int64_t, 3> fitted_to_{-1, -1, -1};  //!< which frame that was
     std::vector<std::vector<double>> mixed_;
     std::vector<std::span<double const>> spans_;
 };
@@ -86,6 +96,9 @@ struct OutChannel
     std::int64_t written = -1;  //!< the newest frame that the solver wrote
     std::optional<Account> account = {};
     std::uint32_t iteration = 0;
+    std::optional<Work> work = {};        //!< of loads: their energy
+    std::vector<char> work_columns = {};  //!< that energy is reckoned with; empty: none, on this edge
+    std::deque<Points> kept = {};         //!< their frames at both ends of a window that is looked at
 
     //! A copy of what was written: before the run begins, or until an implicit group has accepted the window.
     std::vector<std::int64_t> ids = {};

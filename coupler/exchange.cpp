@@ -96,6 +96,8 @@ void Participant::Session::handle(Transport::Incoming const& incoming)
             return take_verdict(incoming.peer, header, numbers_of(message.bytes));
         case MessageKind::request:
             return take_request(static_cast<std::int32_t>(header.columns));
+        case MessageKind::power:
+            return hear_power(incoming.peer, header, numbers_of(message.bytes));
         case MessageKind::stored:
             return take_report(incoming.peer, header.frame, text_of(message.bytes));
         case MessageKind::frame:
@@ -240,9 +242,13 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
     if (channel.position < 0 && channel.targets.size() > 1 && !channel.spec.meshless)
         for (auto const& source : in)
             if (source.edge.from == channel.edge.to && !source.spec.meshless && !source.history.empty()) back = &source;
-    bool const counted = channel.account && channel.targets.size() > 1;  // else what is written is sent, untouched
-    std::vector<int> went(counted ? ids.size() : 0);                     // to how many processes each point went
+    // else what is written is sent, untouched
+    bool const filtered =
+        channel.position >= 0 && (channel.edge.region || (!channel.targets.empty() && channel.targets[0].box));
+    bool const counted = channel.account && (channel.targets.size() > 1 || filtered);
+    std::vector<int> went(counted ? ids.size() : 0);  // to how many processes each point went
     if (recording) record(channel, {frame, ticks, 0, ids, columns});
+    keep_for_work(channel, {frame, ticks, iteration, ids, columns});
     for (std::size_t t = 0; t < channel.targets.size(); ++t) {
         auto& target = channel.targets[t];
         await_credit(channel, target, frame);
@@ -272,6 +278,7 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
             outgoing.columns = spans;
         } else if (counted)
             for (int& count : went) ++count;
+        if (channel.work && is_looked_at(frame - 1, scene.energy_every)) say_power(channel, target.member, outgoing);
         auto const room = room_for(target.member, target.encoder.bound(outgoing.ids.size()));
         commit(target.member, target.encoder.encode(outgoing, session, name_of_member(self), room));
     }
@@ -322,6 +329,7 @@ void Participant::Session::await_frame(Action const& action)
                                  scene.participants[static_cast<std::size_t>(channel.edge.from)].name, where()),
                      Exit::protocol);
     });
+    take_power(channel, action);
     take_frame(channel, action);
     if (!needs_credit(scene, channel.edge)) return;
     Header credit{.kind = MessageKind::credit,

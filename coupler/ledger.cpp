@@ -17,7 +17,7 @@ constexpr double windows_under_way = 7;
 
 bool is_amount(ColumnSpec const& column)
 {
-    constexpr std::array amounts{"N", "N m", "N s", "N m s", "J", "W", "kg", "m3", "kg m/s"};
+    constexpr std::array amounts{"N", "N m", "N s", "N m s", "J", "W", "kg", "m3", "kg m/s", "kg/s", "m3/s"};
     return std::find(amounts.begin(), amounts.end(), column.unit) != amounts.end();
 }
 

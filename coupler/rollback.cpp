@@ -80,9 +80,7 @@ void Participant::Session::forget_session()
     }
     mine().nonce = random() | std::uint64_t{random()} << 32;
     for (auto& channel : in) {
-        channel.history.clear();
-        channel.guess.reset();
-        channel.result.reset();
+        channel.forget();
         auto const mask = reads.contains(channel.number) ? reads.at(channel.number) : ~0u;
         for (auto& origin : channel.origins)
             origin = {origin.member, FrameDecoder(channel.spec, scene.dimension, mask)};

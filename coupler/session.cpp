@@ -257,6 +257,7 @@ void Participant::Session::open_window(Window& window, Action const& action)
         channel.begin = plan_.begin;
         channel.length = plan_.length;
     }
+    look_at(action.window);
     status->window.store(action.window, std::memory_order_relaxed);
     status->time.store(begin, std::memory_order_relaxed);
     book(Activity::exchange);
@@ -277,6 +278,7 @@ void Participant::Session::open_accounts()
     for (auto& channel : out)
         if (Account account(channel.spec, scene.dimension, name(channel.edge)); !account.empty())
             channel.account = std::move(account);
+    open_work();
 }
 
 //! The window stands: what came and what the solver took of it.
@@ -284,6 +286,7 @@ void Participant::Session::close_accounts()
 {
     double const length = pace.scale.seconds(plan_.length);
     for (auto& channel : in) {
+        close_work(channel, length);
         if (!channel.account || reads.contains(channel.number)) continue;
         channel.account->came(channel.totals(channel.guess ? *channel.guess : channel.history.front()));
         channel.account->close(length);
@@ -293,11 +296,15 @@ void Participant::Session::close_accounts()
 
 void Participant::Session::check_account(Account const& account)
 {
-    auto const text = account.violation(scene.ledger_tolerance);
+    flag(account.violation(scene.ledger_tolerance), ledger_warned_);
+}
+
+void Participant::Session::flag(std::string const& text, bool& warned)
+{
     if (text.empty()) return;
     require(scene.on_violation != OnViolation::stop,
             [&] { return Error("ledger, in " + where() + ": " + text, Exit::numerical); });
-    if (std::exchange(ledger_warned_, true)) return;
+    if (std::exchange(warned, true)) return;
     warnings.push_back("ledger, first in " + where() + ": " + text);
 }
 
@@ -418,8 +425,11 @@ void Participant::Session::write_summary(int exit) const
     if (group) summary["iterations"] = iterations_;
     for (auto const& channel : out)
         if (channel.account) summary["ledger"].push_back(channel.account->summary());
-    for (auto const& channel : in)
-        if (channel.account) summary["ledger"].push_back(channel.account->summary());
+    for (auto const& channel : in) {
+        if (!channel.account) continue;
+        summary["ledger"].push_back(channel.account->summary());
+        if (channel.work) summary["ledger"].back()["energy"] = channel.work->account->summary();
+    }
     if (resumed_at > 0) summary["resumed_at"] = resumed_at;
     if (rollbacks_ > 0) summary["rollbacks"] = rollbacks_;
     auto const base = options.directory / ".sluice" / name_of_member(self);

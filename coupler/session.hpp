@@ -214,6 +214,16 @@ struct Participant::Session
     void open_accounts();
     void close_accounts();
     void check_account(Account const& account);
+    void flag(std::string const& text, bool& warned);  //!< what does not close: stops the run, or is warned of once
+
+    void open_work();
+    void look_at(std::int64_t window);
+    void keep_for_work(OutChannel& channel, Outgoing const& frame);
+    void say_power(OutChannel& channel, int member, Outgoing const& frame);
+    void hear_power(int member, Header const& header, std::span<double const> numbers);
+    void take_power(Samples::Source& channel, Action const& action);
+    void close_work(Samples::Source& channel, double length);
+    bool unread(Samples::Source const& channel, std::size_t column) const;
     void open_window(Window& window, Action const& action);
     void book(Activity activity);  //!< the time since the last call
 
@@ -226,7 +236,7 @@ struct Participant::Session
     bool const may_reconnect_;  //!< the transport is of its own making
     int rollbacks_ = 0;
     Clock::time_point newcomers_looked_for_ = Clock::now();
-    bool ledger_warned_ = false;
+    bool ledger_warned_ = false, energy_warned_ = false, staggering_warned_ = false;
     std::vector<int> late_greetings_;
     Plan plan_;
     std::deque<Plan> told_;  //!< by the one who paces, not used yet

@@ -21,7 +21,7 @@ participants: {a: {solver: s, host: 10.0.0.1, config: {}}, b: {command: c}}
 couplings: [{from: a, to: b, data: x, lag: 1, region: {min: [0, 0], max: [1, 1]}}]
 implicit: [{participants: [a, b], tolerance: {x: 0.1}}]
 checkpoint: {}
-ledger: {}
+ledger: {energy: {}}
 timeouts: {}
 address: ipc
 port: 7000

@@ -188,6 +188,10 @@ void read_rest(Reader& root, Scene& scene)
     auto ledger = root.child_or_empty("ledger");
     scene.ledger_tolerance = ledger.number_or("tolerance", 1e-9, {.above = 0.0, .max = 1.0});
     scene.on_violation = static_cast<OnViolation>(ledger.choice_or("on-violation", 0, {"warn", "stop", "off"}));
+    auto energy = ledger.child_or_empty("energy");
+    scene.energy_every = energy.integer_or("every", 97, {.min = 0});
+    scene.energy_tolerance = energy.number_or("tolerance", 0.1, {.above = 0.0});
+    energy.finish();
     ledger.finish();
     auto output = root.child_or_empty("output");
     scene.output_interval = output.number_or("interval", 0.0, {.min = 0.0, .unit = "s"});

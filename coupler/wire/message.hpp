@@ -16,7 +16,7 @@
 namespace sluice {
 
 //! Raised whenever bytes on the wire change their meaning; compared at handshake.
-inline constexpr std::uint16_t protocol_version = 2;
+inline constexpr std::uint16_t protocol_version = 3;
 
 using Bytes = std::vector<std::byte>;
 
@@ -30,7 +30,8 @@ enum class MessageKind : std::uint16_t
     plan = 6,     //!< no body: window `frame` begins at `ticks`, has length `points`, flags in `columns`
     verdict = 7,  //!< body: numbers, one member's share of what decides on another iteration of window `frame`
     request = 8,  //!< no body: to the one who paces the run: `columns` says what is wanted
-    stored = 9    //!< body: text, one member's part of checkpoint `frame` is on its disk
+    stored = 9,   //!< body: text, one member's part of checkpoint `frame` is on its disk
+    power = 10    //!< body: numbers, what the sender reckons that frame `frame` of `edge`, which follows, gives
 };
 
 //! 64 bytes, little endian, in front of every message.

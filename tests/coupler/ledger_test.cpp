@@ -2,8 +2,11 @@
 #include "coupler/ledger.hpp"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <fstream>
+#include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/run_in_threads.hpp"
@@ -55,7 +58,118 @@ Ran run(std::string const& edge, in_threads::Solve const& take, std::string cons
     return ran;
 }
 
+// ---- mass and volume: 30 grains on a line, from M processes to N, a region in between
+
+constexpr int grains = 30;
+constexpr double from = 4.25, to = 21.75;  // m, the region
+
+double place(int i, double t)
+{
+    return i + 0.2 * t;
+}
+double amount(int i, double t)
+{
+    return 1e-3 * (1 + i) + 1e-5 * t;
+}
+
+in_threads::Solve sender_of_amounts(int rank, int ranks)
+{
+    return [=](sluice::Participant& self) {
+        self.config().finish();
+        auto tell = [&](double t) {
+            std::vector<std::int64_t> id;
+            std::vector<double> position, mass;
+            for (int i = rank; i < grains; i += ranks) {
+                id.push_back(i);
+                position.insert(position.end(), {place(i, t), 0});
+                mass.push_back(amount(i, t));
+            }
+            self.write("b", "grains", id, {position, mass, mass});
+        };
+        tell(0);
+        for (sluice::Window const& window : self.windows()) tell(window.end);
+    };
+}
+
+struct Arrived
+{
+    std::mutex mutex;
+    std::map<std::pair<std::int64_t, std::int64_t>, double> mass;  //!< window, id
+};
+
+in_threads::Solve taker_of_amounts(int rank, int ranks, bool covers, Arrived& arrived)
+{
+    return [=, &arrived](sluice::Participant& self) {
+        self.config().finish();
+        double const width = 40.0 / ranks;
+        if (covers) self.covers({{rank * width, -1, 0}, {(rank + 1) * width, 1, 0}});
+        for (sluice::Window const& window : self.windows()) {
+            auto grains = self.read("a", "grains", window);
+            auto const& columns = grains.columns(window.end);
+            std::lock_guard const lock(arrived.mutex);
+            for (std::size_t i = 0; i < grains.ids().size(); ++i)
+                arrived.mass[{window.index, grains.ids()[i]}] = columns[1][i];
+        }
+    };
+}
+
 }  // namespace
+
+TEST_CASE("ledger: mass and volume close with a region, from M processes to N")
+{
+    for (int const m : {1, 3})
+        for (int const n : {1, 2, 3})
+            for (bool const region : {false, true}) {
+                CAPTURE(m);
+                CAPTURE(n);
+                CAPTURE(region);
+                std::string const scene = fmt::format(
+                    R"(sluice: 1
+time: {{end: 20, window: 1}}
+ledger: {{on-violation: stop, tolerance: 1e-13}}
+data: {{grains: {{columns: {{position: {{shape: vector, unit: m}}, mass: {{unit: kg}}, volume: {{unit: m3}}}}}}}}
+participants: {{a: {{command: none, ranks: {}}}, b: {{command: none, ranks: {}}}}}
+couplings: [{{from: a, to: b, data: grains{}}}]
+)",
+                    m, n, region ? fmt::format(", region: {{min: [{}, -1], max: [{}, 1]}}", from, to) : "");
+                Arrived arrived;
+                std::vector<std::pair<std::string, in_threads::Solve>> all;
+                for (int r = 0; r < m; ++r) all.emplace_back(fmt::format("a:{}", r), sender_of_amounts(r, m));
+                for (int r = 0; r < n; ++r)
+                    all.emplace_back(fmt::format("b:{}", r), taker_of_amounts(r, n, n > 1, arrived));
+                in_threads::Scratch scratch;
+                auto const outcome = in_threads::run(scene, all, scratch.path());
+                for (auto const& error : outcome.errors) CHECK(error == "");
+                double inside = 0, outside = 0, got = 0;  // of windows 0 to 19
+                for (int w = 0; w < 20; ++w)
+                    for (int i = 0; i < grains; ++i) {
+                        double const x = place(i, w + 1);
+                        bool const goes = !region || (x >= from && x <= to);
+                        (goes ? inside : outside) += amount(i, w + 1);
+                        CHECK(arrived.mass.contains({w, i}) == goes);
+                        if (goes) got += arrived.mass[{w, i}];
+                    }
+                CHECK(std::abs(got - inside) < 1e-13);
+                double written = 0, sent = 0, left = 0;
+                for (int r = 0; r < m && (region || n > 1); ++r) {
+                    nlohmann::json summary;
+                    auto const name = m == 1 ? std::string("a") : fmt::format("a:{}", r);
+                    std::ifstream(scratch.path() / "run/.sluice" / (name + ".json")) >> summary;
+                    auto const& books = summary.at("ledger").at(0).at("books");
+                    CHECK(books.at("mass [kg]") == books.at("volume [m3]"));
+                    written += books.at("mass [kg]").at("written").get<double>();
+                    sent += books.at("mass [kg]").at("sent").get<double>();
+                    left += books.at("mass [kg]").at("outside").get<double>();
+                }
+                CHECK(std::abs(written - sent) < 1e-12);  // sent, or left outside
+                if (region || n > 1) {
+                    double initial = 0;  // frame 0 is booked, too
+                    for (int i = 0; i < grains; ++i)
+                        if (region && (place(i, 0) < from || place(i, 0) > to)) initial += amount(i, 0);
+                    CHECK(std::abs(left - outside - initial) < 1e-12);
+                }
+            }
+}
 
 TEST_CASE("ledger: closes for every way to see an edge, up to what is under way")
 {
