@@ -119,7 +119,7 @@ TEST_CASE("F8: nothing passes for longer than the silence allowed: both sides en
 {
     Row row("F8", "partition, both sides", {.brief = 2, .stated = 50});
     while (row.next()) {
-        Apart a(short_run("0.6"));
+        Apart a(short_run("0.4"));
         REQUIRE(a.at_work(30));
         std::this_thread::sleep_for(random_time(100));
         a.proxy.hold = true;
@@ -131,7 +131,7 @@ TEST_CASE("F9: half open, nothing comes back on a connection that stays: both si
 {
     Row row("F9", "half-open connection", {.brief = 2, .stated = 50});
     while (row.next()) {
-        Apart a(short_run("0.6"));
+        Apart a(short_run("0.4"));
         REQUIRE(a.at_work(30));
         std::this_thread::sleep_for(random_time(100));
         a.proxy.hold_back = true;
@@ -189,7 +189,7 @@ TEST_CASE("F12: one bit of a run's frames is flipped behind TCP's checksum: the 
     {
         Row row("F12", "a flipped bit ends a run", {.brief = 3, .stated = 100});
         while (row.next()) {
-            Apart a(short_run("0.6"));
+            Apart a(short_run("0.4"));
             REQUIRE(a.at_work(30));
             std::this_thread::sleep_for(random_time(100));
             a.proxy.flip = 64 + 8;  // header and the first number
