@@ -191,7 +191,7 @@ std::vector<std::span<double const>> const& Samples::Source::mix(InEdge const& b
     frames = std::span(fitting).first(frames.size());
     if (booked && account) book(frames, weights);
     combine(frames, weights);
-    if (booked && looking) tally.add(frames[0]->ids, spans_, {weights.at[0], weights.at[1], weights.at[2]});
+    if (booked && looking) tally.add(*frames[0], spans_, {weights.at[0], weights.at[1], weights.at[2]});
     return spans_;
 }
 

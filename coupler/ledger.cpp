@@ -27,9 +27,13 @@ Totals totals_of(DataSpec const& spec, int dimension, std::vector<std::span<doub
     for (std::size_t c = 0; c < columns.size(); ++c) {
         if (!is_amount(spec.columns[c])) continue;
         auto const width = static_cast<std::size_t>(components(spec.columns[c].shape, dimension));
+        // sums of every 4th point: each addition would wait for the one before
+        std::array<std::array<double, 3>, 4> lanes{};
+        auto const points = columns[c].size() / width;
+        for (std::size_t i = 0; i < points; ++i)
+            for (std::size_t k = 0; k < width; ++k) lanes[i % 4][k] += columns[c][i * width + k];
         std::array<double, 3> sum{};
-        for (std::size_t i = 0; i + width <= columns[c].size(); i += width)
-            for (std::size_t k = 0; k < width; ++k) sum[k] += columns[c][i + k];
+        for (std::size_t k = 0; k < width; ++k) sum[k] = lanes[0][k] + lanes[1][k] + (lanes[2][k] + lanes[3][k]);
         totals.insert(totals.end(), sum.begin(), sum.begin() + static_cast<std::ptrdiff_t>(width));
     }
     return totals;

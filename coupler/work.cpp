@@ -108,21 +108,19 @@ PointsView view_of(Frame const& frame)
     return view;
 }
 
-Points::Points(std::int64_t index, std::span<std::int64_t const> ids,
-               std::vector<std::span<double const>> const& values)
-    : index(index), ids(ids.begin(), ids.end())
-{
-    for (auto const& column : values) columns.emplace_back(column.begin(), column.end());
-}
-
 void remember(std::deque<Points>& kept, std::int64_t index, std::span<std::int64_t const> ids,
-              std::vector<std::span<double const>> values, std::vector<char> const& wanted)
+              std::span<std::span<double const> const> values, std::vector<char> const& wanted)
 {
+    if (kept.empty() || kept.front().index != index) {
+        if (kept.size() < 2) kept.emplace_back();
+        std::rotate(kept.begin(), kept.end() - 1, kept.end());  // the oldest one's memory is used again
+    }
+    Points& to = kept.front();
+    to.index = index;
+    to.ids.assign(ids.begin(), ids.end());
+    to.columns.resize(values.size());
     for (std::size_t c = 0; c < values.size(); ++c)
-        if (!wanted[c]) values[c] = {};
-    if (!kept.empty() && kept.front().index == index) kept.pop_front();
-    kept.emplace_front(index, ids, values);
-    if (kept.size() > 2) kept.pop_back();
+        if (wanted[c]) to.columns[c].assign(values[c].begin(), values[c].end());
 }
 
 Points const* find(std::deque<Points> const& kept, std::int64_t index)
@@ -163,29 +161,39 @@ void Tally::restart()
 {
     samples = 0;
     weights = {};
+    whole.clear();
 }
 
-void Tally::add(Held<std::int64_t> const& points, std::vector<std::span<double const>> const& values,
+void Tally::add(Frame const& newest, std::vector<std::span<double const>> const& values,
                 std::array<double, 3> const& by)
 {
+    if (samples++ == 0) {
+        ids = newest.ids;
+        if (by[0] == 1.0 && by[1] == 0.0 && by[2] == 0.0) whole = newest.columns;
+    }
+    for (std::size_t k = 0; k < by.size(); ++k) weights[k] += by[k];
+    if (samples == 1 && !whole.empty()) return;
     sums.resize(values.size());
     for (std::size_t c = 0; c < values.size(); ++c) {
         if (!columns[c]) continue;
-        if (samples == 0) {
+        if (samples == 1)
             sums[c].assign(values[c].begin(), values[c].end());
-            continue;
-        }
+        else if (!whole.empty())
+            sums[c].assign(whole[c].values.begin(), whole[c].values.end());
+        if (samples == 1) continue;
         double* const to = sums[c].data();
         double const* const from = values[c].data();
         for (std::size_t k = 0; k < values[c].size(); ++k) to[k] += from[k];
     }
-    if (samples++ == 0) ids = points;
-    for (std::size_t k = 0; k < by.size(); ++k) weights[k] += by[k];
+    whole.clear();
 }
 
 Part Tally::mean() const
 {
-    return {{ids.values, {sums.begin(), sums.end()}}, 1.0 / samples};
+    Part part{{ids.values, {}}, 1.0 / samples};
+    if (whole.empty()) part.points.columns.assign(sums.begin(), sums.end());
+    for (auto const& column : whole) part.points.columns.push_back(column.values);
+    return part;
 }
 
 std::vector<double> SaidPower::numbers() const

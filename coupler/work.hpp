@@ -51,15 +51,13 @@ struct Points
     std::vector<std::int64_t> ids;
     std::vector<std::vector<double>> columns;
 
-    Points() = default;
-    Points(std::int64_t index, std::span<std::int64_t const> ids, std::vector<std::span<double const>> const& values);
     PointsView view() const { return {ids, {columns.begin(), columns.end()}}; }
 };
 
 //! Keeps a frame as the newest of two, or in the place of the same one of an iteration before; of its columns only
 //! those that are wanted.
 void remember(std::deque<Points>& kept, std::int64_t index, std::span<std::int64_t const> ids,
-              std::vector<std::span<double const>> values, std::vector<char> const& wanted);
+              std::span<std::span<double const> const> values, std::vector<char> const& wanted);
 //! The frame of this number; nullptr: it is not kept.
 Points const* find(std::deque<Points> const& kept, std::int64_t index);
 
@@ -89,11 +87,12 @@ struct Tally
     int samples = 0;
     std::array<double, 3> weights{};  //!< sums over the samples, of the newest frames
     Held<std::int64_t> ids;
+    std::vector<Held<double>> whole;  //!< the only sample so far is a frame as it came; else empty
     std::vector<std::vector<double>> sums;
 
     void restart();
-    void add(Held<std::int64_t> const& points, std::vector<std::span<double const>> const& values,
-             std::array<double, 3> const& by);
+    //! `values`: the sample; `by`: the weights of the newest frames in it, of which `newest` is the first.
+    void add(Frame const& newest, std::vector<std::span<double const>> const& values, std::array<double, 3> const& by);
     //! As a part whose weight makes the sums a mean; samples > 0.
     Part mean() const;
 };

@@ -93,8 +93,7 @@ void Participant::Session::keep_for_work(OutChannel& channel, Outgoing const& fr
 {
     if (channel.work_columns.empty()) return;
     if (is_looked_at(frame.index, scene.energy_every) || is_looked_at(frame.index - 1, scene.energy_every))
-        remember(channel.kept, frame.index, frame.ids, {frame.columns.begin(), frame.columns.end()},
-                 channel.work_columns);
+        remember(channel.kept, frame.index, frame.ids, frame.columns, channel.work_columns);
 }
 
 //! Before the frame: what it gives, by the motion that came here.
@@ -199,7 +198,9 @@ void Participant::Session::close_work(Samples::Source& channel, double length)
     Part const motions[] = {{now->view(), 0.5}, {old->view(), 0.5}};
     auto& tally = channel.tally;
     std::vector<Part> as_came;
-    for (std::size_t k = 0; k < 3 && tally.samples > 0 && !channel.terms.inside; ++k) {
+    // a frame that was handed out as it came has nothing to be compared with
+    bool const mixed = tally.samples > 0 && tally.whole.empty() && !channel.terms.inside;
+    for (std::size_t k = 0; k < 3 && mixed; ++k) {
         double const weight = tally.weights[k] / tally.samples;
         if (k > 0 && weight == 0.0) continue;
         as_came.push_back({view_of(channel.history[k]), weight});

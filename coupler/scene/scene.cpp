@@ -189,7 +189,7 @@ void read_rest(Reader& root, Scene& scene)
     scene.ledger_tolerance = ledger.number_or("tolerance", 1e-9, {.above = 0.0, .max = 1.0});
     scene.on_violation = static_cast<OnViolation>(ledger.choice_or("on-violation", 0, {"warn", "stop", "off"}));
     auto energy = ledger.child_or_empty("energy");
-    scene.energy_every = energy.integer_or("every", 97, {.min = 0});
+    scene.energy_every = energy.integer_or("every", 199, {.min = 0});
     scene.energy_tolerance = energy.number_or("tolerance", 0.1, {.above = 0.0});
     energy.finish();
     ledger.finish();

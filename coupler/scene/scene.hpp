@@ -119,7 +119,7 @@ struct Scene
     bool restart_on_death = false;   //!< on-death: restart
     double ledger_tolerance = 1e-9;  //!< relative
     OnViolation on_violation = OnViolation::warn;
-    std::int64_t energy_every = 97;  //!< windows between two in which work is reckoned; 0: never
+    std::int64_t energy_every = 199;  //!< windows between two in which work is reckoned; 0: never
     double energy_tolerance = 0.1;   //!< staggering may make this part of the work moved
     TransportKind transport = TransportKind::automatic;
     std::string address;         //!< tcp://127.0.0.1:PORT, or empty: ipc or shared memory

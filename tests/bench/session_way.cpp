@@ -27,14 +27,29 @@ std::string scene_of(std::string const& transport, bool parallel, bool lattice)
            "  - {from: side1, to: side0, data: points, lag: 1}\n";
 }
 
+//! Velocities forth, forces back, of the same points in every window.
+std::string scene_of_loads(std::string const& ledger)
+{
+    return "sluice: 1\ndimension: 3\ntime: {end: 1.0e+9, window: 1}\ntransport: shm\nledger: " + ledger +
+           "\ndata:\n"
+           "  motion: {columns: {velocity: {shape: vector, unit: m/s}}}\n"
+           "  force: {columns: {force: {shape: vector, unit: N}}}\n"
+           "participants: {side0: {command: none}, side1: {command: none}}\n"
+           "couplings:\n"
+           "  - {from: side0, to: side1, data: motion, sample: hold}\n"
+           "  - {from: side1, to: side0, data: force, lag: 1}\n";
+}
+
 //! One participant; a round trip is one window.
 class SessionWay final : public Way
 {
  public:
+    //! `ledger`: of velocities and forces; empty: other data.
     SessionWay(Setting const& setting, std::string const& name, std::string const& transport, bool parallel,
-               bool lattice)
+               bool lattice, std::string const& ledger = "")
         : side_(setting.side),
           parallel_(parallel),
+          loads_(!ledger.empty()),
           ids_(setting.most_points + 1),
           position_(3 * (setting.most_points + 1)),
           value_(lattice ? position_.size() : 0)
@@ -42,7 +57,7 @@ class SessionWay final : public Way
         auto const directory = setting.directory / name;
         std::filesystem::create_directories(directory);
         auto const file = directory / "scene.yaml", mine = directory / ("scene" + std::to_string(side_));
-        std::ofstream(mine) << scene_of(transport, parallel, lattice);
+        std::ofstream(mine) << (loads_ ? scene_of_loads(ledger) : scene_of(transport, parallel, lattice));
         std::filesystem::rename(mine, file);  // the other side writes the same
         self_.emplace(
             sluice::JoinOptions{.scene = file, .name = "side" + std::to_string(side_), .directory = directory / "run"});
@@ -77,6 +92,7 @@ class SessionWay final : public Way
         auto const n = points + static_cast<std::size_t>(turn_ % 2);
         for (std::size_t i = 0; i < n; ++i) ids_[i] = static_cast<std::int64_t>(i) + turn_;
         double const shift = static_cast<double>(turn_ % 64) / 64;
+        if (loads_) return write_loads(points, shift);
         auto const ids = std::span<std::int64_t const>(ids_).first(n);
         if (lattice_) {  // what was gathered at the points that came
             self_->write(partner(), "points", std::span<std::int64_t const>(came_ids_),
@@ -99,8 +115,21 @@ class SessionWay final : public Way
                      {std::span<double const>(position_).first(3 * n), std::span<double const>(value_).first(3 * n)});
     }
 
+    void write_loads(std::size_t n, double shift)
+    {
+        for (std::size_t i = 0; i < n; ++i) ids_[i] = static_cast<std::int64_t>(i);
+        for (std::size_t k = 0; k < 3 * n; ++k) position_[k] = static_cast<double>(k) + shift;
+        self_->write(partner(), side_ == 0 ? "motion" : "force", std::span<std::int64_t const>(ids_).first(n),
+                     {std::span<double const>(position_).first(3 * n)});
+    }
+
     void take()
     {
+        if (loads_) {
+            auto const& values = self_->read(partner(), side_ == 0 ? "force" : "motion", **at_).columns((**at_).end)[0];
+            for (std::size_t k = 0; k < values.size(); k += 8) sum_ += values[k];
+            return;
+        }
         auto samples = self_->read(partner(), side_ == 1 && !lattice_field_.empty() ? "moving" : "points", **at_);
         auto const& columns = samples.columns((**at_).end);
         if (!lattice_) {
@@ -128,7 +157,7 @@ class SessionWay final : public Way
     }
 
     int side_;
-    bool parallel_;
+    bool parallel_, loads_;
     std::int64_t turn_ = 0;
     std::vector<std::int64_t> ids_;
     std::vector<double> position_, value_;
@@ -161,6 +190,21 @@ std::unique_ptr<Way> session_zmq(Setting const& setting)
 std::unique_ptr<Way> session_zmq_parallel(Setting const& setting)
 {
     return std::make_unique<SessionWay>(setting, "session-zmq-parallel", "zmq", true, false);
+}
+
+std::unique_ptr<Way> session_unbooked(Setting const& setting)
+{
+    return std::make_unique<SessionWay>(setting, "session-unbooked", "shm", false, false, "{on-violation: off}");
+}
+
+std::unique_ptr<Way> session_amounts(Setting const& setting)
+{
+    return std::make_unique<SessionWay>(setting, "session-amounts", "shm", false, false, "{energy: {every: 0}}");
+}
+
+std::unique_ptr<Way> session_energy(Setting const& setting)
+{
+    return std::make_unique<SessionWay>(setting, "session-energy", "shm", false, false, "{energy: {every: 1}}");
 }
 
 std::unique_ptr<Way> session_mpi(Setting const& setting)

@@ -128,6 +128,23 @@ def time_section(run):
         page.table(["participant", "solver", "#compute", "#wait", "#exchange", "#sent", "#windows"], rows))
 
 
+def work_section(run):
+    """What the ledger says of the work that loads do: from every process of every participant."""
+    rows = []
+    for p in (r for p in run.participants for r in [p, *(p.get("ranks") or [])]):
+        for entry in p.get("ledger") or []:
+            e = entry.get("energy") or {}
+            moved, made = e.get("moved [J]") or 0.0, e.get("made [J]") or 0.0
+            if moved > 0:
+                rows.append([entry.get("edge", "?"), p.get("name", "?"), e.get("windows", "–"),
+                             number(e.get("given [J]") or 0.0, 4), number(e.get("taken [J]") or 0.0, 4),
+                             f"{100 * made / moved:.2g} %"])
+    return page.section(
+        "work", "Work across the coupling",
+        page.table(["edge", "participant", "#windows looked at", "#given", "#taken", "#made, of the work moved"], rows)
+        or page.paragraph("No window was looked at (ledger.energy.every).", "soft"))
+
+
 def curve_sections(run):
     kinematics = svg(run, "Run-out and height", lambda: curves.kinematics_figure([run]))
     kinetic = svg(run, "Kinetic energy", lambda: curves.kinetic_figure([run]))
@@ -206,7 +223,7 @@ def write_picture(run):
 
 def run_page(run):
     write_picture(run)
-    sections = [heading(run), key_facts(run), *snapshot_sections(run), *curve_sections(run), time_section(run),
+    sections = [heading(run), key_facts(run), *snapshot_sections(run), *curve_sections(run), work_section(run), time_section(run),
                 skipped_section(run), warning_section(run),
                 page.section("scene", "Scene", page.folded(run.summary.get("scene") or "scene.yaml", run.scene)),
                 versions_section(run)]

@@ -27,7 +27,7 @@ implicit:
   - {participants: [grains, water], method: aitken, relaxation: 0.3, history: 4, max_iterations: 20, tolerance: {load: 1.0e-4, load.torque: 1.0e-3}}
 checkpoint: {interval: 0, windows: 100, keep: 3}
 on-death: restart
-ledger: {tolerance: 1.0e-8, on-violation: stop}
+ledger: {tolerance: 1.0e-8, on-violation: stop, energy: {every: 3, tolerance: 0.2}}
 transport: zmq
 port: 7000
 security: {keys: my-keys}
@@ -77,6 +77,8 @@ TEST_CASE("scene: every key reads as written")
     CHECK(s.checkpoint.keep == 3);
     CHECK(s.restart_on_death);
     CHECK(s.ledger_tolerance == 1e-8);
+    CHECK(s.energy_every == 3);
+    CHECK(s.energy_tolerance == 0.2);
     CHECK(s.on_violation == OnViolation::stop);
     CHECK(s.transport == TransportKind::zmq);
     CHECK(s.port == 7000);
@@ -94,6 +96,8 @@ TEST_CASE("scene: what is not given has its default, and the first that waits fo
     CHECK(s.checkpoint.keep == 2);
     CHECK_FALSE(s.restart_on_death);
     CHECK(s.ledger_tolerance == 1e-9);
+    CHECK(s.energy_every == 199);
+    CHECK(s.energy_tolerance == 0.1);
     CHECK(s.on_violation == OnViolation::warn);
     CHECK(s.transport == TransportKind::automatic);
     CHECK(load(changed(with(", lag: 1", ""), "data: kinematics", "data: kinematics, lag: 1")).scene.pace == 1);
@@ -102,7 +106,7 @@ TEST_CASE("scene: what is not given has its default, and the first that waits fo
 TEST_CASE("scene: a default that is written out is no other scene")
 {
     auto const plain = load(good).scene;
-    auto const written = load(good + "checkpoint: {interval: 600, keep: 2}\nledger: {}\non-death: stop\n").scene;
+    auto const written = load(good + "checkpoint: {interval: 600, keep: 2}\nledger: {energy: {every: 199}}\non-death: stop\n").scene;
     CHECK(plain.hash == written.hash);
     CHECK(plain.hash != load(good + "on-death: restart\n").scene.hash);
 }

@@ -140,7 +140,8 @@ def terms(r, forward, d):
 def options(r, s, names):
     optional = {
         "title": r.choice(["a title", Plain("2024"), Plain("true")]), "frame": "inertial",
-        "transport": r.choice(["auto", "shm", "zmq", "mpi"]), "ledger": {"tolerance": 1e-8, "on-violation": Plain("off")},
+        "transport": r.choice(["auto", "shm", "zmq", "mpi"]), "ledger": {"tolerance": 1e-8, "on-violation": Plain("off"),
+                                                                           "energy": {"every": 0, "tolerance": 0.5}},
         "checkpoint": {"interval": r.choice([0, 10]), "windows": 5, "keep": 3}, "on-death": r.choice(["stop", "restart"]),
         "output": {"interval": 0.1, "series": 0.01, "coarsen": 4}, "timeouts": {"connect": 5, "silence": 0.5}}
     for key, value in optional.items():
