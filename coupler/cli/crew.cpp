@@ -54,10 +54,15 @@ void Crew::look_for_the_gone(Job& job)
 {
     bool const late = Clock::now() - started > std::chrono::duration<double>(scene.connect_timeout);
     for (auto const m : job.members) {
-        if (job.gone) return;
+        if (job.gone && job.who != m) continue;
         bool const there = pages[m] && pages[m]->pid > 0;
         bool const dead = there && !is_done(m) && !job.remote && ::kill(pages[m]->pid, 0) != 0 && errno == ESRCH;
-        if (!dead && (there || !late)) continue;
+        bool const missing = dead || (!there && late);
+        if (!missing && job.gone) {  // it has come after all
+            job.gone.reset();
+            job.who.reset();
+        }
+        if (!missing || job.gone) continue;
         job.gone = Clock::now();
         job.who = m;
     }

@@ -20,11 +20,15 @@ double whole(std::string const& name)
 
 TEST_CASE("resume: SIGINT and SIGTERM end a run with a checkpoint, and it goes on to the same bits")
 {
+    // 300 windows: over MPI one takes 0.1 s on a starved machine, and 1000 went beyond the 120 s that a command gets
+    auto const short_scene = [](std::string text) { return text.replace(text.find("end: 1,"), 7, "end: 0.3,"); };
+    Case const calm(short_scene(scene()));
+    REQUIRE(calm.run().exit == 0);
     for (int number : {SIGINT, SIGTERM})
         for (auto const transport : {"zmq", "mpi"}) {
             CAPTURE(transport);
             CAPTURE(number);
-            Case c(scene(", nap: 0.002", ""));
+            Case c(short_scene(scene(", nap: 0.01", "")));
             shell::Background run(c.command({"--set", std::string("transport=") + transport}), c.log());
             REQUIRE(c.pid_in_window("left", 50) > 0);
             run.signal(number);
@@ -36,9 +40,9 @@ TEST_CASE("resume: SIGINT and SIGTERM end a run with a checkpoint, and it goes o
             CHECK(c.leftovers() == 0);
             double const before = summary(c).at("participants")[0].at("compute_seconds");
             CHECK(c.resume().exit == 0);
-            for (auto const name : {"left", "right"}) CHECK(c.final_place(name) == whole(name));
+            for (auto const name : {"left", "right"}) CHECK(c.final_place(name) == calm.final_place(name));
             auto const both = summary(c);
-            CHECK(both.at("windows") == 1000);
+            CHECK(both.at("windows") == 300);
             CHECK(both.at("parts").size() == 2);
             CHECK(both.at("transport") == transport);
             CHECK(both.at("participants")[0].at("compute_seconds").get<double>() > before);

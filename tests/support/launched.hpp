@@ -59,7 +59,7 @@ struct Case
     int pid_in_window(std::string const& name, std::int64_t window) const
     {
         auto const file = sluice::status_file(out(), name);
-        for (int tries = 0; tries < 1000; ++tries) {
+        for (int tries = 0; tries < 6000; ++tries) {
             std::error_code none;
             if (std::filesystem::file_size(file, none) == sizeof(sluice::StatusPage)) {
                 sluice::MappedStatus const page(file, sluice::MappedStatus::Mode::open);

@@ -87,7 +87,7 @@ class Background
     int exit_ = -1;
 };
 
-inline Result run(std::vector<std::string> const& words, std::filesystem::path const& log, double seconds = 120)
+inline Result run(std::vector<std::string> const& words, std::filesystem::path const& log, double seconds = 300)
 {
     return Background(words, log).wait(seconds);
 }
