@@ -17,8 +17,8 @@
 
 namespace {
 
-using sluice::Part;
-using sluice::Points;
+using sluice::FramePart;
+using sluice::KeptPoints;
 
 std::vector<double> random_numbers(std::size_t count, unsigned seed)
 {
@@ -29,18 +29,18 @@ std::vector<double> random_numbers(std::size_t count, unsigned seed)
     return numbers;
 }
 
-Points points(std::vector<std::int64_t> const& ids, std::vector<double> const& numbers)
+KeptPoints points(std::vector<std::int64_t> const& ids, std::vector<double> const& numbers)
 {
     return {0, ids, {numbers}};
 }
 
 //! The same points and numbers in another order.
-Points shuffled(Points const& from, std::size_t width, unsigned seed)
+KeptPoints shuffled(KeptPoints const& from, std::size_t width, unsigned seed)
 {
     std::vector<std::size_t> order(from.ids.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::shuffle(order.begin(), order.end(), std::mt19937(seed));
-    Points to = from;
+    KeptPoints to = from;
     for (std::size_t i = 0; i < order.size(); ++i) {
         to.ids[i] = from.ids[order[i]];
         for (std::size_t k = 0; k < width; ++k) to.columns[0][i * width + k] = from.columns[0][order[i] * width + k];
@@ -48,9 +48,9 @@ Points shuffled(Points const& from, std::size_t width, unsigned seed)
     return to;
 }
 
-double power(Points const& load, Points const& motion, std::size_t width)
+double power(KeptPoints const& load, KeptPoints const& motion, std::size_t width)
 {
-    Part const l{load.view(), 1}, m{motion.view(), 1};
+    FramePart const l{load.view(), 1}, m{motion.view(), 1};
     return sluice::power_of(0, 0, width, {&l, 1}, {&m, 1}).net;
 }
 
@@ -207,10 +207,10 @@ TEST_CASE("work: a mean over frames, and points that one of them lacks or that n
 {
     auto const load = points({1, 2, 3}, {10, 20, 30});
     auto const now = points({1, 2}, {1, 2}), before = points({2, 1}, {4, 3}), older = points({3, 1}, {5, 7});
-    Part const loads[] = {{load.view(), 1}};
-    Part const both[] = {{now.view(), 0.5}, {before.view(), 0.5}};
+    FramePart const loads[] = {{load.view(), 1}};
+    FramePart const both[] = {{now.view(), 0.5}, {before.view(), 0.5}};
     CHECK(sluice::power_of(0, 0, 1, loads, both).net == 10 * 2 + 20 * 3);  // nobody moves 3
-    Part const with_older[] = {{now.view(), 0.5}, {older.view(), 0.5}};
+    FramePart const with_older[] = {{now.view(), 0.5}, {older.view(), 0.5}};
     // 2 moves as it does now, 3 as it did
     CHECK(sluice::power_of(0, 0, 1, loads, with_older).net == 10 * 4 + 20 * 2 + 30 * 5);
     CHECK(sluice::power_of(0, 0, 1, loads, with_older).moved == 10 * 4 + 20 * 2 + 30 * 5);
