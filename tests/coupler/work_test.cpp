@@ -274,6 +274,56 @@ TEST_CASE("work: one window in so many is looked at, and none where the scene sa
     CHECK(run(plain, "lag: 0", "lag: 1", 40, "{}").energy.at(0).at("windows") == 0);  // 199 is beyond the end
 }
 
+TEST_CASE("work: goes on after a checkpoint, from the window for which both ends of the motion are known")
+{
+    auto const side = [](std::string const& partner, std::string const& says, std::string const& hears, double sign) {
+        return [=](sluice::Participant& self) {
+            self.config().finish();
+            double x = 1;
+            self.keeps([&](sluice::State& s) { s.put_number("x", x); },
+                       [&](sluice::State const& s) { x = s.number("x"); });
+            std::int64_t const id[] = {7};
+            auto tell = [&] { self.write(partner, says, id, {std::span(&x, 1)}); };
+            if (!self.resumes()) tell();
+            for (sluice::Window const& window : self.windows()) {
+                x += sign * window.length * self.read(partner, hears, window).columns(window.end)[0][0];
+                tell();
+            }
+        };
+    };
+    for (std::string const terms : {"lag: 0", "lag: 1, predict: linear"}) {
+        CAPTURE(terms);
+        std::string const scene = R"(sluice: 1
+time: {end: 2.5, window: 0.1}
+ledger: {energy: {every: 1, tolerance: 10}}
+checkpoint: {windows: 10}
+data: {motion: {columns: {velocity: {unit: m/s}}}, force: {columns: {force: {unit: N}}}}
+participants: {mass: {command: none}, spring: {command: none}}
+couplings:
+  - {from: mass, to: spring, data: motion, )" +
+                                  terms +
+                                  R"(}
+  - {from: spring, to: mass, data: force, lag: 1, predict: linear}
+)";
+        in_threads::Scratch scratch;
+        std::vector<std::pair<std::string, in_threads::Solve>> const both{
+            {"mass", side("spring", "motion", "force", 1)}, {"spring", side("mass", "force", "motion", -1)}};
+        for (bool const resume : {false, true}) {
+            auto const outcome =
+                in_threads::run(scene, both, scratch.path(),
+                                resume ? std::vector<std::string>{"time.end=4"} : std::vector<std::string>{}, resume);
+            for (auto const& error : outcome.errors) CHECK(error == "");
+            nlohmann::json summary;
+            std::ifstream(scratch.path() / "run/.sluice/mass.json") >> summary;
+            CHECK(summary.at("warnings").empty());
+            auto const& energy = summary.at("ledger").at(0).at("energy");
+            // windows 0 to 23, and 21 to 38 after the checkpoint before window 20: the last force is not waited for
+            CHECK(energy.at("windows") == (resume ? 18 : 24));
+            CHECK(energy.at("closes to").get<double>() < 1e-13);
+        }
+    }
+}
+
 TEST_CASE("work: loads that reach other points than they were made for have the right sum and are found")
 {
     // the bytes of a sender that mixed up two ids, as a wrong table of places would: sums and hashes are right
