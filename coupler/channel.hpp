@@ -98,7 +98,7 @@ struct OutChannel
     std::uint32_t iteration = 0;
     std::optional<Work> work = {};        //!< of loads: their energy
     std::vector<char> work_columns = {};  //!< that energy is reckoned with; empty: none, on this edge
-    std::deque<Points> kept = {};         //!< their frames at both ends of a window that is looked at
+    std::deque<KeptPoints> kept = {};     //!< their frames at both ends of a window that is looked at
 
     //! A copy of what was written: before the run begins, or until an implicit group has accepted the window.
     std::vector<std::int64_t> ids = {};

@@ -20,7 +20,7 @@ struct Aligned
 };
 
 //! For each part the places of `ids` in it; empty: the same points in the same order.
-std::vector<std::vector<std::size_t>> places_in(std::span<std::int64_t const> ids, std::span<Part const> parts)
+std::vector<std::vector<std::size_t>> places_in(std::span<std::int64_t const> ids, std::span<FramePart const> parts)
 {
     std::vector<std::vector<std::size_t>> places(parts.size());
     for (std::size_t p = 0; p < parts.size(); ++p)
@@ -28,7 +28,8 @@ std::vector<std::vector<std::size_t>> places_in(std::span<std::int64_t const> id
     return places;
 }
 
-Aligned align(std::span<std::int64_t const> ids, std::span<Part const> parts, std::size_t column, std::size_t width)
+Aligned align(std::span<std::int64_t const> ids, std::span<FramePart const> parts, std::size_t column,
+              std::size_t width)
 {
     auto const places = places_in(ids, parts);
     auto const at = [&](std::size_t p, std::size_t i) { return places[p].empty() ? i : places[p][i]; };
@@ -108,14 +109,14 @@ PointsView view_of(Frame const& frame)
     return view;
 }
 
-void remember(std::deque<Points>& kept, std::int64_t index, std::span<std::int64_t const> ids,
+void remember(std::deque<KeptPoints>& kept, std::int64_t index, std::span<std::int64_t const> ids,
               std::span<std::span<double const> const> values, std::vector<char> const& wanted)
 {
     if (kept.empty() || kept.front().index != index) {
         if (kept.size() < 2) kept.emplace_back();
         std::rotate(kept.begin(), kept.end() - 1, kept.end());  // the oldest one's memory is used again
     }
-    Points& to = kept.front();
+    KeptPoints& to = kept.front();
     to.index = index;
     to.ids.assign(ids.begin(), ids.end());
     to.columns.resize(values.size());
@@ -123,15 +124,15 @@ void remember(std::deque<Points>& kept, std::int64_t index, std::span<std::int64
         if (wanted[c]) to.columns[c].assign(values[c].begin(), values[c].end());
 }
 
-Points const* find(std::deque<Points> const& kept, std::int64_t index)
+KeptPoints const* kept_frame(std::deque<KeptPoints> const& kept, std::int64_t index)
 {
     for (auto const& points : kept)
         if (points.index == index) return &points;
     return nullptr;
 }
 
-Power power_of(std::size_t load, std::size_t motion, std::size_t width, std::span<Part const> loads,
-               std::span<Part const> motions)
+Power power_of(std::size_t load, std::size_t motion, std::size_t width, std::span<FramePart const> loads,
+               std::span<FramePart const> motions)
 {
     auto const& ids = loads[0].points.ids;
     auto const force = align(ids, loads, load, width), velocity = align(ids, motions, motion, width);
@@ -188,9 +189,9 @@ void Tally::add(Frame const& newest, std::vector<std::span<double const>> const&
     whole.clear();
 }
 
-Part Tally::mean() const
+FramePart Tally::mean() const
 {
-    Part part{{ids.values, {}}, 1.0 / samples};
+    FramePart part{{ids.values, {}}, 1.0 / samples};
     if (whole.empty()) part.points.columns.assign(sums.begin(), sums.end());
     for (auto const& column : whole) part.points.columns.push_back(column.values);
     return part;

@@ -36,7 +36,7 @@ inline bool is_looked_at(std::int64_t window, std::int64_t every)
     return every > 0 && window >= 0 && window % every == every - 1;
 }
 
-//! Points and what they carry, interleaved; somebody else holds the numbers.
+//! KeptPoints and what they carry, interleaved; somebody else holds the numbers.
 struct PointsView
 {
     std::span<std::int64_t const> ids;
@@ -45,7 +45,7 @@ struct PointsView
 PointsView view_of(Frame const& frame);
 
 //! The same, held here.
-struct Points
+struct KeptPoints
 {
     std::int64_t index = -1;  //!< of the frame
     std::vector<std::int64_t> ids;
@@ -56,13 +56,13 @@ struct Points
 
 //! Keeps a frame as the newest of two, or in the place of the same one of an iteration before; of its columns only
 //! those that are wanted.
-void remember(std::deque<Points>& kept, std::int64_t index, std::span<std::int64_t const> ids,
+void remember(std::deque<KeptPoints>& kept, std::int64_t index, std::span<std::int64_t const> ids,
               std::span<std::span<double const> const> values, std::vector<char> const& wanted);
 //! The frame of this number; nullptr: it is not kept.
-Points const* find(std::deque<Points> const& kept, std::int64_t index);
+KeptPoints const* kept_frame(std::deque<KeptPoints> const& kept, std::int64_t index);
 
 //! One summand of a mean over frames.
-struct Part
+struct FramePart
 {
     PointsView points;
     double weight = 1;
@@ -77,8 +77,8 @@ struct Power
 //! The sum over the points of the first load of (sum of loads) times (sum of motions), found by id. A point that a part
 //! lacks takes what the first part that has it says; one whose motion nobody knows has none. Ids in the same order
 //! everywhere: one pass without a look-up.
-Power power_of(std::size_t load, std::size_t motion, std::size_t width, std::span<Part const> loads,
-               std::span<Part const> motions);
+Power power_of(std::size_t load, std::size_t motion, std::size_t width, std::span<FramePart const> loads,
+               std::span<FramePart const> motions);
 
 //! The mean of the samples that a solver took of an edge in one window: the very numbers that it was handed.
 struct Tally
@@ -94,7 +94,7 @@ struct Tally
     //! `values`: the sample; `by`: the weights of the newest frames in it, of which `newest` is the first.
     void add(Frame const& newest, std::vector<std::span<double const>> const& values, std::array<double, 3> const& by);
     //! As a part whose weight makes the sums a mean; samples > 0.
-    Part mean() const;
+    FramePart mean() const;
 };
 
 //! What a sender of loads says beside its frame of a window that is looked at, per pair [W]; not a number: unknown.

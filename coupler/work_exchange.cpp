@@ -103,13 +103,13 @@ void Participant::Session::say_power(OutChannel& channel, int member, Outgoing c
     auto& motion = with_number(in, work.motion);
     SaidPower said{.of_frame = std::vector<double>(work.pairs.size(), unknown),
                    .of_window = std::vector<double>(work.pairs.size(), unknown)};
-    Points const* const before = work.whole_window ? nullptr : find(channel.kept, frame.index - 1);
-    std::vector<Part> loads{{{frame.ids, {frame.columns.begin(), frame.columns.end()}}, 1.0}};
+    KeptPoints const* const before = work.whole_window ? nullptr : kept_frame(channel.kept, frame.index - 1);
+    std::vector<FramePart> loads{{{frame.ids, {frame.columns.begin(), frame.columns.end()}}, 1.0}};
     bool const looked = motion.looking && motion.tally.samples > 0 && (work.whole_window || before);
     for (std::size_t p = 0; p < work.pairs.size() && looked; ++p) {
         auto const& [load, column, width, label] = work.pairs[p];
         if (unread(motion, column)) continue;
-        Part const newest{view_of(motion.newest()), 1.0}, mean = motion.tally.mean();
+        FramePart const newest{view_of(motion.newest()), 1.0}, mean = motion.tally.mean();
         loads.resize(1);
         loads[0].weight = 1;
         said.of_frame[p] = power_of(load, column, width, loads, {&newest, 1}).net;
@@ -160,7 +160,7 @@ void Participant::Session::take_power(Samples::Source& channel, Action const& ac
     if (!channel.work || !is_looked_at(window, scene.energy_every)) return;
     Work& work = *channel.work;
     auto const* const motion =
-        find(with_number(out, work.motion).kept, work.lag == 0 ? action.frame : action.frame - 1);
+        kept_frame(with_number(out, work.motion).kept, work.lag == 0 ? action.frame : action.frame - 1);
     std::vector<double> given(work.pairs.size());
     for (auto& origin : channel.origins) {
         require(!origin.said.empty() && origin.said.front().frame == action.frame &&
@@ -177,7 +177,7 @@ void Participant::Session::take_power(Samples::Source& channel, Action const& ac
             given[p] += said.of_window[p];
             // inside a group the sender may have used a motion that was relaxed after we wrote it
             if (!motion || channel.terms.inside || std::isnan(said.of_frame[p]) || unread(channel, load)) continue;
-            Part const loads{view_of(origin.pending.front()), 1.0}, ours{motion->view(), 1.0};
+            FramePart const loads{view_of(origin.pending.front()), 1.0}, ours{motion->view(), 1.0};
             auto const found = power_of(load, column, width, {&loads, 1}, {&ours, 1});
             work.account->same(window, "sent", said.of_frame[p], "received", found.net, found.moved);
         }
@@ -192,12 +192,12 @@ void Participant::Session::close_work(Samples::Source& channel, double length)
     Work& work = *channel.work;
     auto const window = plan_.window;
     auto const& kept = with_number(out, work.motion).kept;
-    Points const* const old = find(kept, window);
-    Points const* const now = find(kept, window + 1);
+    KeptPoints const* const old = kept_frame(kept, window);
+    KeptPoints const* const now = kept_frame(kept, window + 1);
     if (!old || !now) return;  // right after a run was resumed
-    Part const motions[] = {{now->view(), 0.5}, {old->view(), 0.5}};
+    FramePart const motions[] = {{now->view(), 0.5}, {old->view(), 0.5}};
     auto& tally = channel.tally;
-    std::vector<Part> as_came;
+    std::vector<FramePart> as_came;
     // a frame that was handed out as it came has nothing to be compared with
     bool const mixed = tally.samples > 0 && tally.whole.empty() && !channel.terms.inside;
     for (std::size_t k = 0; k < 3 && mixed; ++k) {
@@ -213,7 +213,7 @@ void Participant::Session::close_work(Samples::Source& channel, double length)
             continue;
         }
         if (tally.samples == 0) continue;  // nothing was taken
-        Part const mean = tally.mean();
+        FramePart const mean = tally.mean();
         taken[p] = power_of(load, column, width, {&mean, 1}, motions);
         if (as_came.empty()) continue;
         auto const came = power_of(load, column, width, as_came, motions);

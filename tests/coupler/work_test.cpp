@@ -17,8 +17,8 @@
 
 namespace {
 
-using sluice::Part;
-using sluice::Points;
+using sluice::FramePart;
+using sluice::KeptPoints;
 
 std::vector<double> random_numbers(std::size_t count, unsigned seed)
 {
@@ -29,18 +29,18 @@ std::vector<double> random_numbers(std::size_t count, unsigned seed)
     return numbers;
 }
 
-Points points(std::vector<std::int64_t> const& ids, std::vector<double> const& numbers)
+KeptPoints points(std::vector<std::int64_t> const& ids, std::vector<double> const& numbers)
 {
     return {0, ids, {numbers}};
 }
 
 //! The same points and numbers in another order.
-Points shuffled(Points const& from, std::size_t width, unsigned seed)
+KeptPoints shuffled(KeptPoints const& from, std::size_t width, unsigned seed)
 {
     std::vector<std::size_t> order(from.ids.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::shuffle(order.begin(), order.end(), std::mt19937(seed));
-    Points to = from;
+    KeptPoints to = from;
     for (std::size_t i = 0; i < order.size(); ++i) {
         to.ids[i] = from.ids[order[i]];
         for (std::size_t k = 0; k < width; ++k) to.columns[0][i * width + k] = from.columns[0][order[i] * width + k];
@@ -48,9 +48,9 @@ Points shuffled(Points const& from, std::size_t width, unsigned seed)
     return to;
 }
 
-double power(Points const& load, Points const& motion, std::size_t width)
+double power(KeptPoints const& load, KeptPoints const& motion, std::size_t width)
 {
-    Part const l{load.view(), 1}, m{motion.view(), 1};
+    FramePart const l{load.view(), 1}, m{motion.view(), 1};
     return sluice::power_of(0, 0, width, {&l, 1}, {&m, 1}).net;
 }
 
@@ -207,10 +207,10 @@ TEST_CASE("work: a mean over frames, and points that one of them lacks or that n
 {
     auto const load = points({1, 2, 3}, {10, 20, 30});
     auto const now = points({1, 2}, {1, 2}), before = points({2, 1}, {4, 3}), older = points({3, 1}, {5, 7});
-    Part const loads[] = {{load.view(), 1}};
-    Part const both[] = {{now.view(), 0.5}, {before.view(), 0.5}};
+    FramePart const loads[] = {{load.view(), 1}};
+    FramePart const both[] = {{now.view(), 0.5}, {before.view(), 0.5}};
     CHECK(sluice::power_of(0, 0, 1, loads, both).net == 10 * 2 + 20 * 3);  // nobody moves 3
-    Part const with_older[] = {{now.view(), 0.5}, {older.view(), 0.5}};
+    FramePart const with_older[] = {{now.view(), 0.5}, {older.view(), 0.5}};
     // 2 moves as it does now, 3 as it did
     CHECK(sluice::power_of(0, 0, 1, loads, with_older).net == 10 * 4 + 20 * 2 + 30 * 5);
     CHECK(sluice::power_of(0, 0, 1, loads, with_older).moved == 10 * 4 + 20 * 2 + 30 * 5);
@@ -272,6 +272,56 @@ TEST_CASE("work: one window in so many is looked at, and none where the scene sa
     CHECK(some.energy[0].at("windows") == 5);  // 6, 13, 20, 27, 34
     CHECK(run(plain, "lag: 0", "lag: 1", 40, "{energy: {every: 0}}").energy.empty());
     CHECK(run(plain, "lag: 0", "lag: 1", 40, "{}").energy.at(0).at("windows") == 0);  // 199 is beyond the end
+}
+
+TEST_CASE("work: goes on after a checkpoint, from the window for which both ends of the motion are known")
+{
+    auto const side = [](std::string const& partner, std::string const& says, std::string const& hears, double sign) {
+        return [=](sluice::Participant& self) {
+            self.config().finish();
+            double x = 1;
+            self.keeps([&](sluice::State& s) { s.put_number("x", x); },
+                       [&](sluice::State const& s) { x = s.number("x"); });
+            std::int64_t const id[] = {7};
+            auto tell = [&] { self.write(partner, says, id, {std::span(&x, 1)}); };
+            if (!self.resumes()) tell();
+            for (sluice::Window const& window : self.windows()) {
+                x += sign * window.length * self.read(partner, hears, window).columns(window.end)[0][0];
+                tell();
+            }
+        };
+    };
+    for (std::string const terms : {"lag: 0", "lag: 1, predict: linear"}) {
+        CAPTURE(terms);
+        std::string const scene = R"(sluice: 1
+time: {end: 2.5, window: 0.1}
+ledger: {energy: {every: 1, tolerance: 10}}
+checkpoint: {windows: 10}
+data: {motion: {columns: {velocity: {unit: m/s}}}, force: {columns: {force: {unit: N}}}}
+participants: {mass: {command: none}, spring: {command: none}}
+couplings:
+  - {from: mass, to: spring, data: motion, )" +
+                                  terms +
+                                  R"(}
+  - {from: spring, to: mass, data: force, lag: 1, predict: linear}
+)";
+        in_threads::Scratch scratch;
+        std::vector<std::pair<std::string, in_threads::Solve>> const both{
+            {"mass", side("spring", "motion", "force", 1)}, {"spring", side("mass", "force", "motion", -1)}};
+        for (bool const resume : {false, true}) {
+            auto const outcome =
+                in_threads::run(scene, both, scratch.path(),
+                                resume ? std::vector<std::string>{"time.end=4"} : std::vector<std::string>{}, resume);
+            for (auto const& error : outcome.errors) CHECK(error == "");
+            nlohmann::json summary;
+            std::ifstream(scratch.path() / "run/.sluice/mass.json") >> summary;
+            CHECK(summary.at("warnings").empty());
+            auto const& energy = summary.at("ledger").at(0).at("energy");
+            // windows 0 to 23, and 21 to 38 after the checkpoint before window 20: the last force is not waited for
+            CHECK(energy.at("windows") == (resume ? 18 : 24));
+            CHECK(energy.at("closes to").get<double>() < 1e-13);
+        }
+    }
 }
 
 TEST_CASE("work: loads that reach other points than they were made for have the right sum and are found")

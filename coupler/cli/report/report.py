@@ -141,8 +141,8 @@ def work_section(run):
                              f"{100 * made / moved:.2g} %"])
     return page.section(
         "work", "Work across the coupling",
-        page.table(["edge", "participant", "#windows looked at", "#given", "#taken", "#made, of the work moved"], rows)
-        or page.paragraph("No window was looked at (ledger.energy.every).", "soft"))
+        page.table(["edge", "participant", "#windows looked at", "#given [J]", "#taken [J]", "#made, of the work moved"],
+                   rows))
 
 
 def curve_sections(run):

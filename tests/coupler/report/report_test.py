@@ -3,6 +3,7 @@
 
 import contextlib
 import io
+import json
 import os
 import re
 import shutil
@@ -99,6 +100,22 @@ class ReportTest(unittest.TestCase):
         self.assertIn("# &lt;b&gt;&amp;", text)
         with open(os.path.join(self.immersed, "picture.png"), "rb") as file:
             self.assertTrue(file.read().startswith(b"\x89PNG"))
+
+    def test_work_across_the_coupling_is_shown_where_it_was_looked_at(self):
+        folder = self.copy("work")
+        path = os.path.join(folder, "summary.json")
+        with open(path) as file:
+            summary = json.load(file)
+        energy = {"windows": 142, "given [J]": -3.05e-5, "taken [J]": -2.977e-5, "made [J]": 7.3e-7, "moved [J]": 5.9e-5}
+        entry = {"edge": "water -> grains: load", "windows": 1000, "books": {}, "energy": energy}
+        summary["participants"][0]["ledger"] = [entry, {"edge": "other", "energy": dict.fromkeys(energy, 0)}, {"edge": "x"}]
+        with open(path, "w") as file:
+            json.dump(summary, file)
+        page, text = self.report(folder)
+        self.assertIn("work", page.sections)
+        for word in ("water -&gt; grains: load", "142", "-3.05e-05", "-2.977e-05", "1.2 %"):
+            self.assertIn(word, text)
+        self.assertNotIn("other", text.split("id=\"work\"")[1].split("</section>")[0])
 
     def test_dry_run_has_no_fluid_and_no_complaint(self):
         page, _ = self.report(self.dry)

@@ -1,11 +1,12 @@
 // C09d: the energy that staggering makes, by the ledger, beside closed forms. A free mass R gets the force of a spring
 // S that integrates the velocity it is told: R's kinetic energy changes by (impulse)(mean of old and new velocity), S's
 // by (mean of old and new force)(way), both exactly: what the ledger says that staggering makes must be what the total
-// energy gains, to rounding. How much it is in a period follows from the schemes' amplification: with h = 2 pi /
-// (windows a period), v' = v - w^2 T x, x' = x + T (v + v') / 2 (serial) has det = 1 + h^2/2, explicit Euler (parallel)
-// 1 + h^2; Adams-Bashforth 2 and 3 have |A| = 1 + h^4/4 and 1 - 3 h^4/8 a step (Hairer, Norsett, Wanner, Solving
-// Ordinary Differential Equations I, III), of which a serial scheme, whose other half is the trapezoidal rule, has
-// half. Orders: Piperno, Farhat, Comput. Methods Appl. Mech. Engrg. 190 (2001) 3147.
+// energy gains, to rounding. How much it is in a period follows from the schemes' amplification of x'' = -w^2 x, with
+// h = w (window): without prediction the determinant of one window, 1 + h^2/2 (serial: v' = v - w^2 T x, x' = x +
+// T (v + v') / 2) and 1 + h^2 (parallel: explicit Euler); with prediction the parallel scheme is Adams-Bashforth 2 or
+// 3, whose principal roots have |z| = 1 + h^4/4 and 1 - 3 h^4/8 to leading order (expand z^2 - z = i h (3 z - 1) / 2,
+// and likewise), and the serial one, whose other half is the trapezoidal rule, has half of that. The notion: Piperno,
+// Farhat, Comput. Methods Appl. Mech. Engrg. 190 (2001) 3147.
 
 #include <doctest/doctest.h>
 #include <fmt/format.h>
