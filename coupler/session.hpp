@@ -50,6 +50,10 @@ struct Greeting
 //! Throws Error (exit 2) if nobody proposes one, or if exact ones do not divide the window.
 double choose_window(Scene const& scene, std::vector<Greeting> const& greetings);
 
+//! Begins MPI if the run will use it: MPI's own beginning waits for all and does not rest, a solver that prepares for
+//! long would keep the others busy.
+void begin_mpi_early(Scene const& scene);
+
 //! When windows begin and end. The process that paces the run decides, the others are told.
 struct Pace
 {
