@@ -87,15 +87,19 @@ bool is_under_mpirun()
     return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr;
 }
 
+bool is_mpi(Scene const& scene, std::size_t members)
+{
+    bool const everybody = is_under_mpirun() && std::getenv("OMPI_COMM_WORLD_SIZE") == std::to_string(members);
+    return scene.transport == TransportKind::mpi || (scene.transport == TransportKind::automatic && everybody);
+}
+
 //! The transport that the scene asks for. `automatic`: MPI when one mpirun has started everybody, else ZeroMQ, and
 //! shared memory between those on one host.
 std::unique_ptr<Transport> open_transport(Scene const& scene, std::vector<Member> const& who, Members const& members,
                                           std::filesystem::path const& directory)
 {
-    auto kind = scene.transport;
-    bool const everybody = is_under_mpirun() && std::getenv("OMPI_COMM_WORLD_SIZE") == std::to_string(who.size());
-    if (kind == TransportKind::automatic && everybody) kind = TransportKind::mpi;
-    if (kind == TransportKind::mpi) return make_mpi_transport(members);
+    auto const kind = scene.transport;
+    if (is_mpi(scene, who.size())) return make_mpi_transport(members);
     Network network{.address = scene.address,
                     .port = scene.port,
                     .keys = scene.keys,
@@ -109,7 +113,19 @@ std::unique_ptr<Transport> open_transport(Scene const& scene, std::vector<Member
     return make_shm_transport(members, network);
 }
 
+//! How long to look for a greeting before connections and pages are looked at again: short while all are about to come,
+//! a twentieth of the time waited later, so that a long wait costs next to nothing.
+milliseconds patience_after(Clock::duration waited)
+{
+    return std::clamp(std::chrono::duration_cast<milliseconds>(waited / 20), milliseconds(1), milliseconds(50));
+}
+
 }  // namespace
+
+void begin_mpi_early(Scene const& scene)
+{
+    if (is_mpi(scene, members_of(scene).size())) start_mpi();
+}
 
 void Participant::Session::connect()
 {
@@ -228,6 +244,7 @@ std::pair<std::string, std::string> Participant::Session::absent(std::vector<int
 void Participant::Session::meet_all()
 {
     auto start = transport->now();
+    auto const begin = start;
     auto next_word = start + seconds(5);
     auto next_look = start;
     for (;;) {
@@ -262,7 +279,7 @@ void Participant::Session::meet_all()
                          commands.c_str());
             next_word += seconds(5);
         }
-        if (auto const incoming = transport->receive(milliseconds(5))) handle(*incoming);
+        if (auto const incoming = transport->receive(patience_after(now - begin))) handle(*incoming);
     }
 }
 

@@ -135,6 +135,7 @@ Participant::Session::Session(JoinOptions given)
                         scene.dimension, ~0u, senders);
     }
     if (scene.on_violation != OnViolation::off) open_accounts();
+    if (!options.check && !options.given && !options.transport) begin_mpi_early(scene);
 }
 
 std::string Participant::Session::where() const

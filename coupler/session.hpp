@@ -53,6 +53,10 @@ double choose_window(Scene const& scene, std::vector<Greeting> const& greetings)
 //! The first line in which two texts of `path = value` lines differ, as both sides have it.
 std::string difference(std::string const& here, std::string const& there);
 
+//! Begins MPI if the run will use it: MPI's own beginning waits for all and does not rest, a solver that prepares for
+//! long would keep the others busy.
+void begin_mpi_early(Scene const& scene);
+
 //! When windows begin and end. The process that paces the run decides, the others are told.
 struct Pace
 {

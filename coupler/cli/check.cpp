@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <fstream>
 #include <sstream>
-#include <thread>
 
 #include "coupler/base/error.hpp"
 #include "coupler/base/window_line.hpp"
@@ -141,10 +140,8 @@ void require_whole_steps(LoadedScene& loaded, Proposals const& proposals, std::o
 std::optional<Ending> wait_a_minute(Process& process)
 {
     auto const deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-    while (!process.poll()) {
+    while (!process.poll(std::chrono::seconds(1)))
         if (std::chrono::steady_clock::now() > deadline) return std::nullopt;
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
     return process.poll();
 }
 

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <random>
-#include <thread>
 
 #include "coupler/base/error.hpp"
 #include "coupler/cli/check.hpp"
@@ -59,8 +59,8 @@ std::string joined(std::vector<std::string> const& words)
 //! Empty: all is there. Else what is not, a line each.
 std::string problems_of(Question& question, std::string const& reach, Clock::time_point deadline)
 {
-    while (!question.process.poll() && Clock::now() < deadline)
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    while (!question.process.poll(std::chrono::milliseconds(100)) && Clock::now() < deadline) {
+    }
     auto const ending = question.process.poll();
     auto const text = read_file(question.answer);
     std::string problems;
@@ -85,11 +85,13 @@ std::string problems_of(Question& question, std::string const& reach, Clock::tim
 
 void require_hosts(Scene const& scene, fs::path const& directory)
 {
+    auto const& all = scene.participants;
+    if (std::all_of(all.begin(), all.end(), [](auto const& spec) { return is_this_machine(spec.host); })) return;
     ScratchDirectory const answers("sluice-hosts");
     auto const mark_file = fs::absolute(directory / ".sluice" / "here").lexically_normal();
     std::string mark;
     std::vector<Question> questions;
-    for (auto const& spec : scene.participants) {
+    for (auto const& spec : all) {
         if (is_this_machine(spec.host)) continue;
         if (!directory.empty() && mark.empty()) mark = leave_mark(mark_file);
         auto const argv = remotely(scene, spec.host,

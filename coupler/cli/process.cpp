@@ -1,8 +1,10 @@
 #include "coupler/cli/process.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -88,6 +90,15 @@ std::optional<Ending> Process::poll()
     if (::waitpid(pid_, &status, WNOHANG) == pid_)
         ending_ = WIFSIGNALED(status) ? Ending{0, WTERMSIG(status)} : Ending{WEXITSTATUS(status), 0};
     return ending_;
+}
+
+std::optional<Ending> Process::poll(std::chrono::milliseconds patience)
+{
+    if (poll() || pid_ < 0) return ending_;
+    pollfd watched = {static_cast<int>(::syscall(SYS_pidfd_open, pid_, 0)), POLLIN, 0};
+    (void)::poll(&watched, watched.fd < 0 ? 0 : 1, static_cast<int>(patience.count()));
+    if (watched.fd >= 0) ::close(watched.fd);
+    return poll();
 }
 
 Ending Process::wait()

@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -36,7 +37,8 @@ class Process
     Process& operator=(Process&&) = delete;
     ~Process();  //!< kills and reaps
 
-    std::optional<Ending> poll();  //!< how it ended, if it has
+    std::optional<Ending> poll();                                    //!< how it ended, if it has
+    std::optional<Ending> poll(std::chrono::milliseconds patience);  //!< the same, within that time
     Ending wait();
     pid_t pid() const { return pid_; }
     void signal(int number) const;         //!< to it and to what it started, also after it has ended itself

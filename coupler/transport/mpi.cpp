@@ -66,8 +66,7 @@ class MpiTransport final : public Transport
  public:
     explicit MpiTransport(Members const& members) : rank_of_(members.names.size(), -1)
     {
-        int provided = 0;
-        MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+        start_mpi();
         ::prctl(PR_SET_TIMERSLACK, 1000UL);  // ns; naps are of microseconds, and the kernel adds 50 us if nobody asks
         try {
             meet(members);
@@ -149,7 +148,11 @@ class MpiTransport final : public Transport
         int size = 0;
         MPI_Comm_size(MPI_COMM_WORLD, &size);
         std::vector<int> who(static_cast<std::size_t>(size));
-        MPI_Allgather(&members.self, 1, MPI_INT, who.data(), 1, MPI_INT, MPI_COMM_WORLD);
+        MPI_Request gathering = MPI_REQUEST_NULL;
+        MPI_Iallgather(&members.self, 1, MPI_INT, who.data(), 1, MPI_INT, MPI_COMM_WORLD, &gathering);
+        int all = 0;
+        for (auto const start = Clock::now(); MPI_Test(&gathering, &all, MPI_STATUS_IGNORE), all == 0;)
+            nap(Clock::now() - start, longest_nap);
         for (int rank = 0; rank < size; ++rank) {
             int& slot = rank_of_.at(static_cast<std::size_t>(who[static_cast<std::size_t>(rank)]));
             require(slot < 0, [&] {
@@ -194,6 +197,13 @@ class MpiTransport final : public Transport
 };
 
 }  // namespace
+
+void start_mpi()
+{
+    int begun = 0, provided = 0;
+    MPI_Initialized(&begun);
+    if (begun == 0) MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+}
 
 std::unique_ptr<Transport> make_mpi_transport(Members const& members)
 {

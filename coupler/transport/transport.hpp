@@ -101,6 +101,10 @@ std::unique_ptr<Transport> make_zmq_transport(Members const& members, Network co
 //! stay with ZeroMQ, so `network` is what make_zmq_transport() takes, and so are the errors. Every member must use it.
 std::unique_ptr<Transport> make_shm_transport(Members const& members, Network const& network);
 
+//! Initialises MPI if that has not been done. It waits for every rank with 10 000 looks a second: the earlier all call
+//! it, the less.
+void start_mpi();
+
 //! MPI: every member is one rank of one mpirun, in any order. Initialises MPI, finalises it on destruction.
 std::unique_ptr<Transport> make_mpi_transport(Members const& members);
 

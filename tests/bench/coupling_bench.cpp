@@ -1,5 +1,6 @@
 //! What coupling costs beside what the medium allows: round trips of two processes on this host. Prints a table;
 //! `--json FILE` writes a list of {case, metric, value, unit, against, ratio, min, max}. `--small`: a smoke run.
+//! `--runs`: only what concerns whole runs.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -7,6 +8,7 @@
 
 #include "tests/bench/measure.hpp"
 #include "tests/bench/raw.hpp"
+#include "tests/bench/runs.hpp"
 #include "tests/bench/session_way.hpp"
 #include "tests/bench/transport_way.hpp"
 
@@ -46,7 +48,7 @@ std::vector<Contestant> const by_mpirun = {
 void show(nlohmann::json const& results)
 {
     for (auto const& r : results) {
-        std::printf("%-18s %-28s %10.4g %-3s", r.at("case").get<std::string>().c_str(),
+        std::printf("%-33s %-42s %10.4g %-3s", r.at("case").get<std::string>().c_str(),
                     r.at("metric").get<std::string>().c_str(), r.at("value").get<double>(),
                     r.at("unit").get<std::string>().c_str());
         if (r.contains("min")) std::printf(" (%.4g to %.4g)", r.at("min").get<double>(), r.at("max").get<double>());
@@ -100,13 +102,14 @@ int mpi_side(char const* file, Effort const& effort, bool sessions)
 
 int main(int argc, char** argv)
 {
-    bool small = false, sessions = false;
+    bool small = false, sessions = false, only_runs = false;
     char const* json = nullptr;
     char const* mpi_file = nullptr;
     for (int i = 1; i < argc; ++i) {
         if (std::strcmp(argv[i], "--small") == 0) small = true;
         if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) json = argv[++i];
         if (std::strcmp(argv[i], "--windows") == 0) sessions = true;
+        if (std::strcmp(argv[i], "--runs") == 0) only_runs = true;
         if (std::strcmp(argv[i], "--mpi-side") == 0 && i + 1 < argc) mpi_file = argv[++i];
     }
     auto const effort = small ? Effort::small() : Effort::full();
@@ -117,12 +120,19 @@ int main(int argc, char** argv)
             show(more);
             results.insert(results.end(), more.begin(), more.end());
         };
-        add(bench::in_two_processes(all_round_trips, effort));
-        add(bench::under_mpirun(small, false));
-        add(bench::in_two_processes(all_windows, effort));
-        add(bench::under_mpirun(small, true));
-        add(bench::in_two_processes(idle<1>, effort));
-        add(bench::in_two_processes(idle<3>, effort));
+        auto const runs = small ? bench::RunEffort::small() : bench::RunEffort();
+        add(bench::start_up(runs));
+        add(bench::waiting(runs));
+        add(bench::bytes_sent());
+        add(bench::overlap(runs));
+        if (!only_runs) {
+            add(bench::in_two_processes(all_round_trips, effort));
+            add(bench::under_mpirun(small, false));
+            add(bench::in_two_processes(all_windows, effort));
+            add(bench::under_mpirun(small, true));
+            add(bench::in_two_processes(idle<1>, effort));
+            add(bench::in_two_processes(idle<3>, effort));
+        }
         if (json) std::ofstream(json) << results.dump(1) << '\n';
         return 0;
     } catch (std::exception const& e) {
