@@ -107,6 +107,8 @@ void replay(Participant& self)
     Frames frames(file, self);
     self.propose_window(frames.first_window(), true);
     if (self.checking()) return;
+    // it looks at nothing that it is told: no column is sent to it, and no ledger misses what it does not take
+    for (auto const& data : self.scene().data) self.reads(data.name, {});
     frames.write(self, 0);
     bool const paces = self.scene().participants[static_cast<std::size_t>(self.scene().pace)].name == self.name();
     Timescale const scale{frames.first_window()};
