@@ -138,7 +138,10 @@ void Participant::Session::connect()
                          "Participant::keeps()).",
                      Exit::config);
     });
-    if (!options.given) find_checkpoint();
+    if (!options.given) {
+        keep_config();
+        find_checkpoint();
+    }
     join();
     if (!options.given) trace = std::make_unique<Trace>(name_of_member(self));
     if (!options.given && std::getenv(record_frames)) {

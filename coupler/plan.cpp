@@ -150,16 +150,6 @@ bool Participant::Session::all_can_store() const
     return !options.given && std::all_of(greetings.begin(), greetings.end(), [](auto const& g) { return g.can_store; });
 }
 
-//! `path = value` lines of this participant's own block, defaults filled in.
-std::string Participant::Session::own_config() const
-{
-    auto const prefix = "participants." + options.name + ".config.";
-    std::string text;
-    for (auto const& [path, value] : loaded.diagnostics->effective)
-        if (path.starts_with(prefix)) text += path + " = " + value + "\n";
-    return text;
-}
-
 State Participant::Session::state_before(std::int64_t window) const
 {
     State state;
@@ -186,7 +176,6 @@ State Participant::Session::state_before(std::int64_t window) const
         }
     }
     if (group_part_) group_part_->put(state);
-    state.put_text("config", own_config());
     State solver;
     save(solver);
     state.nest("solver", std::move(solver));
@@ -297,9 +286,6 @@ void Participant::Session::resume()
         });
     if (!resumed_) return;
     State state = *std::exchange(resumed_, std::nullopt);
-    if (auto const then = state.text("config"), now = own_config(); then != now)
-        warnings.push_back("its config is not that of its checkpoint: " + difference(now, then) +
-                           ". The run goes on, but not as it would have.");
     auto const window = state.integer("window");
     begin_ = state.integer("begin");
     pace.length = state.integer("next_length");

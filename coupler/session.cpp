@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <random>
 
 #include "coupler/record/atomic_file.hpp"
@@ -387,6 +388,26 @@ void Participant::Session::tell_peers(std::string const& why) noexcept
     }
 }
 
+//! Leaves the scene as this process reads it, defaults filled in. A run that goes on says where its solver's own block
+//! is not what it was: checkpoints do not tell, since some keys (threads) change no bit.
+void Participant::Session::keep_config()
+{
+    auto const own = "participants." + options.name + ".config.";
+    std::string all, now, then;
+    for (auto const& [path, value] : loaded.diagnostics->effective) {
+        all += path + " = " + value + "\n";
+        if (path.starts_with(own)) now += path + " = " + value + "\n";
+    }
+    auto const file = options.directory / ".sluice" / (name_of_member(self) + ".config");
+    if (std::ifstream before(file); options.resume && before)
+        for (std::string line; std::getline(before, line);)
+            if (line.starts_with(own)) then += line + "\n";
+    if (!then.empty() && then != now)
+        warnings.push_back("its config is not that of its checkpoint: " + difference(now, then) +
+                           ". The run goes on, but not as it would have.");
+    std::ofstream(file) << all;
+}
+
 void Participant::Session::write_summary(int exit) const
 {
     if (options.given) return;
@@ -435,9 +456,6 @@ void Participant::Session::write_summary(int exit) const
     if (rollbacks_ > 0) summary["rollbacks"] = rollbacks_;
     auto const base = options.directory / ".sluice" / name_of_member(self);
     write_atomically(base.string() + ".json", summary.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
-    std::string effective;
-    for (auto const& [path, value] : loaded.diagnostics->effective) effective += path + " = " + value + "\n";
-    write_atomically(base.string() + ".config", effective);
     if (trace) trace->write(base.string() + ".trace.json");
 }
 

@@ -194,7 +194,7 @@ struct Participant::Session
     void plan_window(std::int64_t window);
     bool is_stored_by_count(std::int64_t window) const;
     Plan next_plan(std::int64_t window);
-    std::string own_config() const;
+    void keep_config();
     void take_plan(int member, Header const& header);
     void look_for_requests();
     void take_request(std::int32_t bits);
