@@ -100,7 +100,6 @@ class FrameEncoder
     int dimension_;
     std::uint32_t edge_;
     std::uint32_t wanted_;
-    std::size_t points_ = 0;
     std::vector<Digest> last_;  //!< of the columns of the last frame, then of its ids; empty: nothing was sent
 };
 

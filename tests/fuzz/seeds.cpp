@@ -65,6 +65,22 @@ void write_frames(std::filesystem::path const& folder)
     write_atomically(folder / "text", encode_text({.kind = MessageKind::abort, .session = 1, .frame = 2}, "why"));
 }
 
+//! Steps of fuzz_handshake: 0 greets, 3 plans, 4 VALUE sends a frame, 6 says goodbye, 7 is lost, 8 begins anew, 10
+//! repeats.
+void write_handshakes(std::filesystem::path const& folder)
+{
+    auto write = [&](char const* name, std::initializer_list<std::uint8_t> steps) {
+        write_atomically(folder / name, std::as_bytes(std::span(steps.begin(), steps.size())));
+    };
+    write("valid-told", {1, 0, 4, 1, 3, 4, 2, 3, 4, 3, 3, 4, 4, 6});
+    write("valid-pacing", {0, 0, 4, 1, 4, 2, 4, 3, 4, 4, 6});
+    write("valid-started-again", {1, 1, 3, 1, '7', 7, 8, 5, 7, 0, 4, 1, 3, 4, 2, 3, 4, 3, 3, 4, 4, 6});
+    write("invalid-doubled", {1, 0, 4, 1, 10, 3, 4, 2, 3, 4, 3, 3, 4, 4, 6});
+    write("invalid-other-name", {1, 1, 4, 3, '"', 'x', '"', 4, 1, 3, 4, 2});
+    write("invalid-not-met", {1, 4, 1, 3, 4, 2, 3, 4, 3, 3, 4, 4, 6});
+    write("invalid-any", {1, 0, 4, 1, 5, 2, 2, 0, 1, 9, 9, 1, 0, 2, 7, 7});
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
@@ -75,4 +91,5 @@ int main(int argc, char** argv)
     write_manifests(corpus / "manifest");
     write_recordings(corpus / "recording");
     write_frames(corpus / "frame");
+    write_handshakes(corpus / "handshake");
 }
