@@ -7,17 +7,16 @@ namespace sluice {
 //! One account for each edge that carries what adds up.
 void Participant::Session::open_accounts()
 {
-    auto const name = [&](Edge const& e) {
-        return scene.participants[static_cast<std::size_t>(e.from)].name + " -> " +
-               scene.participants[static_cast<std::size_t>(e.to)].name + ": " +
-               scene.data[static_cast<std::size_t>(e.data)].name;
+    auto const open = [&](auto& channel) {
+        Edge const& e = channel.edge;
+        auto const name = scene.participants[static_cast<std::size_t>(e.from)].name + " -> " +
+                          scene.participants[static_cast<std::size_t>(e.to)].name + ": " +
+                          scene.data[static_cast<std::size_t>(e.data)].name;
+        if (Account account(channel.spec, scene.dimension, name); !account.empty())
+            channel.account = std::move(account);
     };
-    for (auto& channel : in)
-        if (Account account(channel.spec, scene.dimension, name(channel.edge)); !account.empty())
-            channel.account = std::move(account);
-    for (auto& channel : out)
-        if (Account account(channel.spec, scene.dimension, name(channel.edge)); !account.empty())
-            channel.account = std::move(account);
+    for (auto& channel : in) open(channel);
+    for (auto& channel : out) open(channel);
     open_work();
 }
 

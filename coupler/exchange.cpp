@@ -24,7 +24,7 @@ bool needs_credit(Scene const& scene, Edge const& edge)
 
 void Participant::Session::wait_for(int member, std::function<bool()> const& done)
 {
-    std::vector<char> lost(members.size());
+    std::vector<char> lost;  // no memory is asked for as long as something comes
     while (!done()) {
         answer_late_greetings();
         book(Activity::exchange);
@@ -51,6 +51,7 @@ void Participant::Session::wait_for(int member, std::function<bool()> const& don
 //! While nothing comes: anybody who was lost at the last look, too, ends the run; what he sent has been read by now.
 void Participant::Session::look_for_lost(std::vector<char>& before)
 {
+    before.resize(members.size());
     for (int m = 0; m < static_cast<int>(members.size()); ++m) {
         auto const at = static_cast<std::size_t>(m);
         bool const now = m != self && !said_bye[at] && transport->lost(m);

@@ -37,11 +37,10 @@ int replay_command(Options options)
                          Exit::io);
         });
         for (auto const& group : loaded.scene.implicit)
-            for (int const member : group.participants)
-                require(loaded.scene.participants[static_cast<std::size_t>(member)].name != spec.name, [&] {
-                    return Error(options.choice.scene.string() + ": \"" + spec.name +
-                                 "\" is in an implicit group: it answers what the others do, and cannot be replayed.");
-                });
+            require(!group.has(loaded.scene.index_of(spec.name)), [&] {
+                return Error(options.choice.scene.string() + ": \"" + spec.name +
+                             "\" is in an implicit group: it answers what the others do, and cannot be replayed.");
+            });
         auto const path = "participants." + spec.name;
         options.choice.overrides.push_back(path + (spec.command.empty() ? ".solver" : ".command") + "=sluice_replay");
         options.choice.overrides.push_back(path + ".config.recording=" + file.string());
