@@ -8,11 +8,7 @@ namespace sluice {
 void Participant::Session::open_accounts()
 {
     auto const open = [&](auto& channel) {
-        Edge const& e = channel.edge;
-        auto const name = scene.participants[static_cast<std::size_t>(e.from)].name + " -> " +
-                          scene.participants[static_cast<std::size_t>(e.to)].name + ": " +
-                          scene.data[static_cast<std::size_t>(e.data)].name;
-        if (Account account(channel.spec, scene.dimension, name); !account.empty())
+        if (Account account(channel.spec, scene.dimension, name_of(scene, channel.edge)); !account.empty())
             channel.account = std::move(account);
     };
     for (auto& channel : in) open(channel);

@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <random>
 
 #include "coupler/session.hpp"
 
@@ -72,13 +71,12 @@ void Participant::Session::forget_session()
     early_reports_.clear();
     pace.why_over.clear();
     facts.erase("ended early");
-    std::random_device random;
     for (std::size_t m = 0; m < greetings.size(); ++m) {
         said_bye[m] = false;
         answered_[m].reset();
         if (static_cast<int>(m) != self) greetings[m] = {};
     }
-    mine().nonce = random() | std::uint64_t{random()} << 32;
+    mine().nonce = new_nonce();
     for (auto& channel : in) {
         channel.forget();
         auto const mask = reads.contains(channel.number) ? reads.at(channel.number) : ~0u;

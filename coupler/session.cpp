@@ -86,6 +86,19 @@ std::string name_of(Scene const& scene, Member const& member)
     return spec.ranks == 1 ? spec.name : spec.name + ":" + std::to_string(member.rank);
 }
 
+std::string name_of(Scene const& scene, Edge const& edge)
+{
+    return scene.participants[static_cast<std::size_t>(edge.from)].name + " -> " +
+           scene.participants[static_cast<std::size_t>(edge.to)].name + ": " +
+           scene.data[static_cast<std::size_t>(edge.data)].name;
+}
+
+std::uint64_t new_nonce()
+{
+    std::random_device random;
+    return random() | std::uint64_t{random()} << 32;
+}
+
 Participant::Session::Session(JoinOptions given)
     : options(std::move(given)),
       loaded(load(options)),
@@ -106,8 +119,7 @@ Participant::Session::Session(JoinOptions given)
     verdicts_.resize(members.size());  // one may come before everybody has met
     status->pid = ::getpid();
     status->phase = Phase::preparing;
-    std::random_device random;
-    mine().nonce = random() | std::uint64_t{random()} << 32;
+    mine().nonce = new_nonce();
     mine().process = ::getpid();
     auto const inside = [&](Edge const& e) { return group && group->has(e.from) && group->has(e.to); };
     for (std::size_t e = 0; e < scene.edges.size(); ++e) {

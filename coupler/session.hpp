@@ -31,6 +31,10 @@ struct Member
 std::vector<Member> members_of(Scene const& scene);
 //! "grains", or "water:1" where a participant has several processes. Names its status page and its checkpoint part.
 std::string name_of(Scene const& scene, Member const& member);
+//! "grains -> water: kinematics": names its books.
+std::string name_of(Scene const& scene, Edge const& edge);
+//! Of a life: another number each time.
+std::uint64_t new_nonce();
 
 //! What a process said about itself at the handshake.
 struct Greeting

@@ -36,7 +36,7 @@ inline bool is_looked_at(std::int64_t window, std::int64_t every)
     return every > 0 && window >= 0 && window % every == every - 1;
 }
 
-//! KeptPoints and what they carry, interleaved; somebody else holds the numbers.
+//! Points and what they carry, interleaved; somebody else holds the numbers.
 struct PointsView
 {
     std::span<std::int64_t const> ids;

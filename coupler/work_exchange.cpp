@@ -17,13 +17,6 @@ auto& with_number(Channels& channels, int number)
     return *std::find_if(channels.begin(), channels.end(), [&](auto const& c) { return c.number == number; });
 }
 
-std::string name_of_edge(Scene const& scene, Edge const& e)
-{
-    return scene.participants[static_cast<std::size_t>(e.from)].name + " -> " +
-           scene.participants[static_cast<std::size_t>(e.to)].name + ": " +
-           scene.data[static_cast<std::size_t>(e.data)].name;
-}
-
 //! Of the edge of loads with this number, if a motion comes back.
 std::optional<Work> work_of(Scene const& scene, int number)
 {
@@ -48,7 +41,7 @@ void Participant::Session::open_work()
         channel.looking = false;
         channel.tally.columns.assign(channel.spec.columns.size(), 0);
         channel.work = work_of(scene, channel.number);
-        if (channel.work) channel.work->account.emplace(name_of_edge(scene, channel.edge));
+        if (channel.work) channel.work->account.emplace(name_of(scene, channel.edge));
     }
     for (auto& channel : out) {
         channel.kept.clear();
