@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "coupler/base/error.hpp"
+#include "coupler/base/scratch_directory.hpp"
 #include "coupler/base/window_line.hpp"
 #include "coupler/cli/process.hpp"
-#include "coupler/cli/scratch_directory.hpp"
 #include "coupler/record/atomic_file.hpp"
 
 namespace sluice {

@@ -8,9 +8,9 @@
 #include <random>
 
 #include "coupler/base/error.hpp"
+#include "coupler/base/scratch_directory.hpp"
 #include "coupler/cli/check.hpp"
 #include "coupler/cli/process.hpp"
-#include "coupler/cli/scratch_directory.hpp"
 #include "coupler/cli/start.hpp"
 #include "coupler/record/atomic_file.hpp"
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "coupler/base/scratch_directory.hpp"
 #include "tests/bench/measure.hpp"
 #include "tests/bench/raw.hpp"
 
@@ -14,30 +15,16 @@ namespace bench {
 namespace {
 
 //! A directory that only this user can enter, removed with everything in it.
-class Directory
+class Directory : public sluice::ScratchDirectory
 {
  public:
-    Directory()
+    Directory() : ScratchDirectory("sluice-bench")
     {
-        char pattern[] = "/tmp/sluice-bench-XXXXXX";
-        if (!::mkdtemp(pattern)) throw std::runtime_error("no directory in /tmp");
-        path_ = pattern;
         for (auto const name : {"shm", "zmq"}) {
-            std::filesystem::create_directory(path_ / name);
-            std::filesystem::permissions(path_ / name, std::filesystem::perms::owner_all);
+            std::filesystem::create_directory(path() / name);
+            std::filesystem::permissions(path() / name, std::filesystem::perms::owner_all);
         }
     }
-    Directory(Directory const&) = delete;
-    Directory& operator=(Directory const&) = delete;
-    ~Directory()
-    {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    std::filesystem::path const& path() const { return path_; }
-
- private:
-    std::filesystem::path path_;
 };
 
 std::span<std::byte> shared_arena(std::size_t size)

@@ -49,11 +49,8 @@ bool refused(sluice::Message const& message)
 
 TEST_CASE("F12: bits of frames flipped behind TCP's checksum are all refused, what is not damaged is taken")
 {
-    int const port = free_ports();
-    auto seen_by_b = with_hosts(port);
-    seen_by_b.hosts[0] = "127.0.0.2";
-    tcp::Proxy proxy("127.0.0.2", "127.0.0.1", port_of_pair(port));
-    auto const a = member(0, with_hosts(port)), b = member(1, seen_by_b);
+    Apart apart;
+    auto& [port, proxy, a, b] = apart;
     REQUIRE(meet(*a, *b));
     sluice::test::Row row("F12", "flipped bits, each refused, and the frame after it taken",
                           {.brief = 500, .stated = 10'000});

@@ -14,6 +14,7 @@
 #include "coupler/transport/transport.hpp"
 #include "tests/conformance/transport_suite.hpp"
 #include "tests/support/run_in_threads.hpp"
+#include "tests/support/tcp_proxy.hpp"
 
 //! Members "a" (0, listens) and "b" (1, connects), driven in turn by one thread, or each in a process of its own.
 namespace zmq_pair {
@@ -57,6 +58,21 @@ inline Owner member(int self, Network const& network)
 {
     return sluice::make_zmq_transport({{"a", "b"}, self}, network);
 }
+
+//! Both members, b's way to a through a proxy.
+struct Apart
+{
+    static Network seen_by_b(int port)
+    {
+        auto network = with_hosts(port);
+        network.hosts[0] = "127.0.0.2";
+        return network;
+    }
+
+    int port = free_ports();
+    tcp::Proxy proxy{"127.0.0.2", "127.0.0.1", port_of_pair(port)};
+    Owner a = member(0, with_hosts(port)), b = member(1, seen_by_b(port));
+};
 
 inline bool within(std::chrono::duration<double> time, std::function<bool()> const& happened)
 {

@@ -111,11 +111,8 @@ TEST_CASE("Z7: a message larger than the receiver takes is a loss at both ends, 
 
 TEST_CASE("Z8: after a partition longer than the silence both sides find the other lost, for good")
 {
-    int const port = free_ports();
-    auto seen_by_b = with_hosts(port);
-    seen_by_b.hosts[0] = "127.0.0.2";
-    tcp::Proxy proxy("127.0.0.2", "127.0.0.1", port_of_pair(port));
-    auto const a = member(0, with_hosts(port)), b = member(1, seen_by_b);
+    Apart apart;
+    auto& [port, proxy, a, b] = apart;
     REQUIRE(meet(*a, *b));
     REQUIRE(talk(*a, *b, 10));
     proxy.hold = true;
@@ -138,11 +135,8 @@ TEST_CASE("Z8: after a partition longer than the silence both sides find the oth
 
 TEST_CASE("Z9: a partition shorter than the silence loses nothing")
 {
-    int const port = free_ports();
-    auto seen_by_b = with_hosts(port);
-    seen_by_b.hosts[0] = "127.0.0.2";
-    tcp::Proxy proxy("127.0.0.2", "127.0.0.1", port_of_pair(port));
-    auto const a = member(0, with_hosts(port)), b = member(1, seen_by_b);
+    Apart apart;
+    auto& [port, proxy, a, b] = apart;
     REQUIRE(meet(*a, *b));
     proxy.hold = true;
     for (int n = 0; n < 10; ++n) REQUIRE(say(*b, 0, "held " + std::to_string(n)));
@@ -155,11 +149,8 @@ TEST_CASE("Z9: a partition shorter than the silence loses nothing")
 
 TEST_CASE("Z9: a message that takes longer than the silence is no loss")
 {
-    int const port = free_ports();
-    auto seen_by_b = with_hosts(port);
-    seen_by_b.hosts[0] = "127.0.0.2";
-    tcp::Proxy proxy("127.0.0.2", "127.0.0.1", port_of_pair(port));
-    auto const a = member(0, with_hosts(port)), b = member(1, seen_by_b);
+    Apart apart;
+    auto& [port, proxy, a, b] = apart;
     REQUIRE(meet(*a, *b));
     proxy.chunk = 20'000;  // 4 MB/s at most
     auto const message = suite::numbered(1, 1, 20'000'000);
@@ -193,11 +184,8 @@ TEST_CASE("Z9: a peer that computes while its queue is full is no loss over tcp"
 
 TEST_CASE("Z9: a connection that is reset is a loss at both ends")
 {
-    int const port = free_ports();
-    auto seen_by_b = with_hosts(port);
-    seen_by_b.hosts[0] = "127.0.0.2";
-    tcp::Proxy proxy("127.0.0.2", "127.0.0.1", port_of_pair(port));
-    auto const a = member(0, with_hosts(port)), b = member(1, seen_by_b);
+    Apart apart;
+    auto& [port, proxy, a, b] = apart;
     REQUIRE(meet(*a, *b));
     proxy.cut = true;
     CHECK(finds_lost(*a, 1));
