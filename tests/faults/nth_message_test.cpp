@@ -94,17 +94,7 @@ Ending live(std::shared_ptr<sluice::LoadedScene const> const& scene, std::string
 
 std::pair<Ending, Ending> run_two(Line& line)
 {
-    auto const text = R"(sluice: 1
-time: {end: 0.5, window: 0.1}
-timeouts: {connect: 1, silence: 0.5}
-data: {place: {columns: {place: {unit: m}}}}
-participants:
-  left: {command: none, config: {mass: 1, wall_spring: 1, middle_spring: 1, place: 1}}
-  right: {command: none, config: {mass: 1, wall_spring: 1, middle_spring: 1, place: 0}}
-couplings: [{from: left, to: right, data: place}, {from: right, to: left, data: place, lag: 1}]
-)";
-    // each its own: what is asked of a configuration is noted down in it
-    auto const scene = [&] { return std::make_shared<sluice::LoadedScene>(sluice::load_scene_text(text, "two.yaml")); };
+    auto const scene = [&] { return toys::two_masses("{connect: 1, silence: 0.5}"); };
     sluice::LoopbackHub hub(2);
     std::pair<Ending, Ending> endings;
     auto a = std::make_unique<Faulty>(hub.connect(0), line);

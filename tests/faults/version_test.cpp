@@ -38,18 +38,9 @@ class Newer final : public sluice::Transport
 //! What a participant stops with.
 sluice::Error live(std::string const& name, std::unique_ptr<sluice::Transport> transport)
 {
-    auto const text = R"(sluice: 1
-time: {end: 0.5, window: 0.1}
-timeouts: {connect: 20}
-data: {place: {columns: {place: {unit: m}}}}
-participants:
-  left: {command: none, config: {mass: 1, wall_spring: 1, middle_spring: 1, place: 1}}
-  right: {command: none, config: {mass: 1, wall_spring: 1, middle_spring: 1, place: 0}}
-couplings: [{from: left, to: right, data: place}, {from: right, to: left, data: place, lag: 1}]
-)";
     sluice::JoinOptions options;
     options.name = name;
-    options.given = std::make_shared<sluice::LoadedScene>(sluice::load_scene_text(text, "two.yaml"));
+    options.given = toys::two_masses("{connect: 20}");
     options.transport = std::move(transport);
     sluice::Participant self(std::move(options));
     try {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
+#include <memory>
 #include <new>
 #include <string>
 #include <thread>
@@ -114,6 +115,20 @@ inline void oscillator(sluice::Participant& self, Watcher const& watch = {})
         if (watch) watch(window.end, x);
     }
     self.fact("final place [m]", x);
+}
+
+//! Two oscillators, "left" and "right", five windows; `timeouts` as in a scene. For participants in one process: each
+//! needs its own, since what is asked of a configuration is noted down in it.
+inline std::shared_ptr<sluice::LoadedScene> two_masses(std::string const& timeouts)
+{
+    auto const text = "sluice: 1\ntime: {end: 0.5, window: 0.1}\ntimeouts: " + timeouts + R"(
+data: {place: {columns: {place: {unit: m}}}}
+participants:
+  left: {command: none, config: {mass: 1, wall_spring: 1, middle_spring: 1, place: 1}}
+  right: {command: none, config: {mass: 1, wall_spring: 1, middle_spring: 1, place: 0}}
+couplings: [{from: left, to: right, data: place}, {from: right, to: left, data: place, lag: 1}]
+)";
+    return std::make_shared<sluice::LoadedScene>(sluice::load_scene_text(text, "two.yaml"));
 }
 
 }  // namespace toys
