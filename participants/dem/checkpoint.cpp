@@ -5,11 +5,64 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <type_traits>
 
 #include "coupler/base/error.hpp"
 
 namespace dem {
 namespace {
+
+//! Calls `each` for the numbers that a row consists of, without its padding.
+template <class Each>
+void spread(double& number, Each&& each)
+{
+    each(number);
+}
+template <int D, class Each>
+void spread(Vec<D>& v, Each&& each)
+{
+    for (int k = 0; k < D; ++k) each(component<D>(v, k));
+}
+template <int D, class Each>
+void spread(Place<D>& place, Each&& each)
+{
+    spread(place.centre, each);
+    each(place.radius);
+}
+template <int D, class Each>
+void spread(Motion<D>& motion, Each&& each)
+{
+    spread(motion.velocity, each);
+    spread(motion.spin, each);
+}
+template <int D, class Each>
+void spread(Load<D>& load, Each&& each)
+{
+    spread(load.force, each);
+    spread(load.torque, each);
+}
+template <int D, class Each>
+void spread(Lossy<D>& lossy, Each&& each)
+{
+    each(lossy.normal);
+    spread(lossy.tangential, each);
+    spread(lossy.rolling, each);
+    each(lossy.slides);
+}
+template <class Row>
+concept Spreadable = std::is_class_v<Row> && requires(Row row)
+{
+    spread(row, [](auto&) {});
+};
+
+template <class Row>
+std::size_t width()
+{
+    Row row{};
+    std::size_t count = 0;
+    spread(row, [&](auto&) { ++count; });
+    return count;
+}
 
 //! The two ways of one walk over a state (visit): into named arrays, and out of them.
 struct Putter
@@ -20,14 +73,28 @@ struct Putter
     void operator()(std::string const& name, std::int64_t integer) { kept.put_integer(name, integer); }
     void operator()(std::string const& name, bool yes) { kept.put_integer(name, yes); }
     void operator()(std::string const& name, std::vector<double> const& values) { kept.put(name, std::span(values)); }
+    void operator()(std::string const& name, std::vector<std::int64_t> const& values)
+    {
+        kept.put(name, std::span(values));
+    }
     void operator()(std::string const& name, std::vector<std::uint32_t> const& values)
     {
         std::vector<std::int64_t> const wide(values.begin(), values.end());
         kept.put(name, std::span(wide));
     }
-    void operator()(std::string const& name, std::vector<std::uint8_t> const& values)
+    //! A vector of anything that can be spread, as rows of numbers.
+    template <class Row>
+    void operator()(std::string const& name, std::vector<Row> const& rows)
     {
-        kept.put(name, std::as_bytes(std::span(values)));
+        std::vector<double> numbers;
+        numbers.reserve(rows.size() * width<Row>());
+        for (Row row : rows) spread(row, [&](double number) { numbers.push_back(number); });
+        kept.put(name, std::span<double const>(numbers));
+    }
+    template <class Row>
+    requires(Spreadable<Row>) void operator()(std::string const& name, Row row)
+    {
+        (*this)(name, std::vector<Row>{row});
     }
 };
 
@@ -44,6 +111,11 @@ struct Taker
         auto const numbers = kept.numbers(name);
         values.assign(numbers.begin(), numbers.end());
     }
+    void operator()(std::string const& name, std::vector<std::int64_t>& values)
+    {
+        auto const integers = kept.integers(name);
+        values.assign(integers.begin(), integers.end());
+    }
     void operator()(std::string const& name, std::vector<std::uint32_t>& values)
     {
         values.clear();
@@ -52,34 +124,44 @@ struct Taker
             values.push_back(static_cast<std::uint32_t>(wide));
         }
     }
-    void operator()(std::string const& name, std::vector<std::uint8_t>& values)
+    template <class Row>
+    void operator()(std::string const& name, std::vector<Row>& rows)
     {
-        values.clear();
-        for (std::byte const byte : kept.bytes(name)) values.push_back(static_cast<std::uint8_t>(byte));
+        auto const numbers = kept.numbers(name);
+        ok = ok && numbers.size() % width<Row>() == 0;
+        rows.assign(numbers.size() / width<Row>(), {});
+        auto next = numbers.begin();
+        for (Row& row : rows)
+            spread(row, [&](auto& number) { number = static_cast<std::decay_t<decltype(number)>>(*next++); });
+    }
+    template <class Row>
+    requires(Spreadable<Row>) void operator()(std::string const& name, Row& row)
+    {
+        std::vector<Row> rows;
+        (*this)(name, rows);
+        ok = ok && rows.size() == 1;
+        if (ok) row = rows[0];
     }
 };
 
 template <class Walk, class AnyGrains>
 void visit_grains(Walk& walk, AnyGrains& g)
 {
-    walk("grains/x", g.x);
-    walk("grains/y", g.y);
-    walk("grains/angle", g.angle);
-    walk("grains/vx", g.vx);
-    walk("grains/vy", g.vy);
-    walk("grains/spin", g.spin);
-    walk("grains/radius", g.radius);
+    walk("grains/place", g.place);
+    walk("grains/motion", g.motion);
+    walk("grains/half", g.half);
     walk("grains/mass", g.mass);
     walk("grains/inertia", g.inertia);
-    walk("grains/fx", g.fx);
-    walk("grains/fy", g.fy);
-    walk("grains/torque", g.torque);
-    walk("grains/external_fx", g.external_fx);
-    walk("grains/external_fy", g.external_fy);
-    walk("grains/external_torque", g.external_torque);
-    walk("grains/half_vx", g.half_vx);
-    walk("grains/half_vy", g.half_vy);
-    walk("grains/half_spin", g.half_spin);
+    walk("grains/contact", g.contact);
+    walk("grains/external", g.external);
+}
+
+template <class Walk, class AnyHistory>
+void visit_history(Walk& walk, std::string const& name, AnyHistory& h)
+{
+    walk(name + "friction", h.friction);
+    walk(name + "rolling", h.rolling);
+    walk(name + "lossy", h.lossy);
 }
 
 template <class Walk, class AnyState>
@@ -87,81 +169,91 @@ void visit(Walk& walk, AnyState& s)
 {
     walk("time", s.time);
     walk("steps", s.steps);
+    walk("grains/id", s.grains.id);
     visit_grains(walk, s.grains);
     walk("pairs/first", s.pairs.first);
     walk("pairs/other", s.pairs.other);
-    walk("pairs/spring", s.pairs.spring);
     walk("pairs/sqrt_mass", s.pairs.sqrt_mass);
-    walk("pairs/lossy_n", s.pairs.lossy_n);
-    walk("pairs/lossy_t", s.pairs.lossy_t);
-    walk("pairs/slides", s.pairs.slides);
-    for (std::size_t w = 0; w < s.wall_contacts.size(); ++w) {
+    visit_history(walk, "pairs/", s.pairs.history);
+    for (std::size_t w = 0; w < s.walls.size(); ++w) {
         auto const name = "wall" + std::to_string(w) + "/";
-        auto& wall = s.wall_contacts[w];
+        auto& wall = s.walls[w];
         walk(name + "active", wall.active);
         walk(name + "grain", wall.grain);
-        walk(name + "spring", wall.spring);
-        walk(name + "lossy_n", wall.lossy_n);
-        walk(name + "lossy_t", wall.lossy_t);
-        walk(name + "slides", wall.slides);
+        walk(name + "facet", wall.facet);
+        visit_history(walk, name, wall.history);
+        walk(name + "shift", wall.shift);
+        walk(name + "built_shift", wall.built_shift);
+        walk(name + "velocity", wall.velocity);
+        walk(name + "force", wall.force);
     }
-    walk("built/x", s.built_x);
-    walk("built/y", s.built_y);
+    walk("built/centre", s.built);
     walk("built/count", s.rebuilds);
     walk("booked/normal_dashpot", s.booked.normal_dashpot);
     walk("booked/tangential_dashpot", s.booked.tangential_dashpot);
     walk("booked/sliding", s.booked.sliding);
+    walk("booked/rolling", s.booked.rolling);
     walk("booked/external_work", s.booked.external_work);
+    walk("booked/wall_work", s.booked.wall_work);
     walk("booked/removed_walls", s.booked.removed_walls);
     walk("booked/touch", s.booked.touch);
     walk("power/normal", s.power.normal);
     walk("power/tangential", s.power.tangential);
     walk("power/sliding", s.power.sliding);
+    walk("power/rolling", s.power.rolling);
 }
 
-//! Looks at the sizes of a state's arrays of one number a grain.
+//! Looks at the sizes of a state's arrays of one entry a grain.
 struct SizeCheck
 {
     std::size_t size;
     bool ok = true;
-    void operator()(char const*, std::vector<double> const& values) { ok = ok && values.size() == size; }
+    void operator()(char const*, auto const& values) { ok = ok && values.size() == size; }
 };
 
 //! Every index within bounds and every array as long as the kernels take it to be: they do not look.
-bool is_consistent(State const& s, std::size_t grains, bool ledger)
+template <int D>
+bool is_consistent(State<D> const& s, std::size_t grains, Features const& features)
 {
     SizeCheck each_grain{grains};
     visit_grains(each_grain, s.grains);
     auto const sized = [](auto const& array, std::size_t size) { return array.size() == size; };
-    auto const contacts = [&](auto const& list, std::vector<std::uint32_t> const& partner) {
-        std::size_t const booked = ledger ? partner.size() : 0;
-        return sized(list.spring, partner.size()) && sized(list.lossy_n, booked) && sized(list.lossy_t, booked) &&
-               sized(list.slides, booked) && std::ranges::all_of(partner, [&](auto i) { return i < grains; });
+    auto const contacts = [&](History<D> const& h, std::vector<std::uint32_t> const& partner) {
+        std::size_t const n = partner.size();
+        return sized(h.friction, features.friction ? n : 0) &&
+               sized(h.rolling, features.rolling == Rolling::elastic_plastic ? n : 0) &&
+               sized(h.lossy, features.ledger ? n : 0) &&
+               std::ranges::all_of(partner, [&](auto i) { return i < grains; });
     };
-    Pairs const& p = s.pairs;
-    return each_grain.ok && sized(s.built_x, grains) && sized(s.built_y, grains) && sized(p.first, grains + 1) &&
+    Pairs<D> const& p = s.pairs;
+    return each_grain.ok && sized(s.grains.id, grains) && sized(s.built, grains) && sized(p.first, grains + 1) &&
            p.first.front() == 0 && p.first.back() == p.other.size() && std::ranges::is_sorted(p.first) &&
-           sized(p.sqrt_mass, p.other.size()) && contacts(p, p.other) &&
-           std::ranges::all_of(s.wall_contacts, [&](WallContacts const& w) { return contacts(w, w.grain); });
+           sized(p.sqrt_mass, p.other.size()) && contacts(p.history, p.other) &&
+           std::ranges::all_of(s.walls, [&](WallContacts<D> const& w) {
+               return contacts(w.history, w.grain) && sized(w.facet, w.grain.size()) &&
+                      std::ranges::all_of(w.facet, [](auto facet) { return facet == 0; });
+           });
 }
 
 }  // namespace
 
-void keep(State const& state, sluice::State& kept)
+template <int D>
+void keep(State<D> const& state, sluice::State& kept)
 {
     Putter putter{kept};
-    kept.put_integer("walls", static_cast<std::int64_t>(state.wall_contacts.size()));
+    kept.put_integer("walls", static_cast<std::int64_t>(state.walls.size()));
     visit(putter, state);
 }
 
-State kept_state(sluice::State const& kept, Setup const& setup, std::size_t grains)
+template <int D>
+State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_t grains)
 {
-    State state;
-    state.wall_contacts.resize(setup.walls.size());
+    State<D> state;
+    state.walls.resize(setup.walls.size());
     Taker taker{kept};
     bool const walls = kept.integer("walls") == static_cast<std::int64_t>(setup.walls.size());
     if (walls) visit(taker, state);
-    sluice::require(walls && taker.ok && is_consistent(state, grains, setup.features.ledger), [&] {
+    sluice::require(walls && taker.ok && is_consistent(state, grains, setup.features), [&] {
         return sluice::Error("dem: the checkpoint is not a state of " + std::to_string(grains) + " grains and " +
                                  std::to_string(setup.walls.size()) +
                                  " walls (must come from the same scene). Resume from an older one.",
@@ -169,5 +261,10 @@ State kept_state(sluice::State const& kept, Setup const& setup, std::size_t grai
     });
     return state;
 }
+
+template void keep<2>(State<2> const&, sluice::State&);
+template void keep<3>(State<3> const&, sluice::State&);
+template State<2> kept_state<2>(sluice::State const&, Setup<2> const&, std::size_t);
+template State<3> kept_state<3>(sluice::State const&, Setup<3> const&, std::size_t);
 
 }  // namespace dem

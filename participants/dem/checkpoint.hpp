@@ -8,10 +8,12 @@
 namespace dem {
 
 //! Puts the whole state of a run into `kept`, as named arrays: a solver restored from it continues bit for bit.
-void keep(State const& state, sluice::State& kept);
+template <int D>
+void keep(State<D> const& state, sluice::State& kept);
 
 //! Takes out what keep() put in, for a run of `grains` grains with this setup. Throws sluice::Error (io) if something
 //! is not there, or does not fit: the kernels trust every index.
-State kept_state(sluice::State const& kept, Setup const& setup, std::size_t grains);
+template <int D>
+State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_t grains);
 
 }  // namespace dem

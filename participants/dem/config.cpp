@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "participants/dem/contact.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "participants/dem/restitution.hpp"
 
@@ -21,62 +22,85 @@ std::string format(char const* pattern, double a, double b)
     return text;
 }
 
-//! `friction: mu` or `friction_angle: degrees`; exactly one where there is no fallback.
-double read_friction(Reader& r, std::optional<double> fallback)
+constexpr sluice::Bounds lengths{.min = -1e6, .max = 1e6, .unit = "m"};
+
+Vec3 vector_from(std::vector<double> const& v)
 {
-    bool const coefficient = r.has("friction"), angle = r.has("friction_angle");
-    if (coefficient && angle) r.problem("friction_angle", "is a second friction (give friction or friction_angle).");
-    if (!coefficient && !angle && !fallback)
-        r.problem("friction", "is missing (give friction [-] or friction_angle [degrees]).");
-    auto const degrees = r.number_if("friction_angle", {.min = 0.0, .max = 80.0, .unit = "degrees"});
-    auto const mu = r.number_if("friction", {.min = 0.0, .max = 6.0});
-    if (mu) return *mu;
-    if (degrees) return std::tan(*degrees * std::numbers::pi / 180.0);
-    return fallback.value_or(0.0);
+    return {v.at(0), v.at(1), v.size() > 2 ? v[2] : 0.0};
+}
+std::size_t size_of(int dimension)
+{
+    return static_cast<std::size_t>(dimension);
+}
+std::vector<double> zeros(int dimension)
+{
+    return std::vector<double>(size_of(dimension), 0.0);
 }
 
-ContactConfig read_contact(Reader r)
+//! A direction of length 1; none given: {0, 0, 0}, and a mistake.
+Vec3 read_direction(Reader& r, char const* key, int dimension, char const* needed)
 {
-    ContactConfig c;
-    c.normal_stiffness = r.number("normal_stiffness", {.min = 1.0, .max = 1e12, .unit = "N/m"});
-    bool const ratio = r.has("damping_ratio"), restitution_given = r.has("restitution");
-    if (ratio == restitution_given)
-        r.problem(ratio ? "restitution" : "damping_ratio",
-                  ratio ? "is a second damping (give damping_ratio or restitution)."
-                        : "is missing (give damping_ratio or restitution).");
-    auto const alpha = r.number_if("damping_ratio", {.min = 0.0, .max = 0.95});
-    auto const e = r.number_if("restitution", {.min = 0.15, .max = 1.0});
-    if (alpha)
-        c.damping_ratio = *alpha;
-    else if (e)
-        c.damping_ratio = damping_ratio_for(*e);
-    c.tangential_stiffness = c.normal_stiffness * r.number_or("tangential_ratio", 2.0 / 7.0, {.min = 0.01, .max = 1.0});
-    c.tangential_damping = r.number_or("tangential_damping", 0.0, {.min = 0.0, .max = 0.95});
-    c.friction = read_friction(r, std::nullopt);
+    Vec3 const v = vector_from(r.numbers(key, size_of(dimension), {.min = -1e6, .max = 1e6}));
+    double const length = norm(v);
+    if (!(length > 0.0) && r.has(key)) r.problem(key, std::string("has no length (needed: ") + needed + ").");
+    return length > 0.0 ? (1.0 / length) * v : v;
+}
+
+void read_cylinder(Reader r, int dimension, WallConfig& w)
+{
+    w.point = vector_from(r.numbers("point", size_of(dimension), lengths));
+    if (dimension == 3) w.normal = read_direction(r, "axis", dimension, "the direction of the axis");
+    w.radius = r.number("radius", {.above = 1e-9, .max = 1e6, .unit = "m"});
+    w.inside = r.choice_or("grains", 0, {"inside", "outside"}) == 0;
     r.finish();
-    return c;
 }
 
-WallConfig read_wall(Reader r, double grain_friction)
+WallMotion<3> read_motion(Reader& r, int dimension)
+{
+    WallMotion<3> m;
+    m.velocity = vector_from(r.numbers_or("velocity", zeros(dimension), {.min = -1e3, .max = 1e3, .unit = "m/s"}));
+    if (auto swing = r.child_if("oscillation")) {
+        m.amplitude = vector_from(swing->numbers("amplitude", size_of(dimension), lengths));
+        m.frequency = swing->number("frequency", {.above = 0.0, .max = 1e6, .unit = "Hz"});
+        swing->finish();
+    }
+    if (!m.moves()) return m;
+    m.begin = r.number_or("moves_from", 0.0, {.min = 0.0, .unit = "s"});
+    if (auto const end = r.number_if("moves_until", {.min = m.begin, .unit = "s"})) m.end = *end;
+    return m;
+}
+
+WallConfig read_wall(Reader r, int dimension, ContactConfig const& grains)
 {
     WallConfig w;
     w.name = r.text("name");
-    auto const point = r.numbers("point", 2, {.min = -1e6, .max = 1e6, .unit = "m"});
-    auto const normal = r.numbers("normal", 2, {.min = -1e6, .max = 1e6});
-    double const length = std::hypot(normal.at(0), normal.at(1));
-    if (!(length > 0.0) && r.has("normal")) r.problem("normal", "has no length (needed: a vector towards the grains).");
-    w.point = {point.at(0), point.at(1)};
-    if (length > 0.0) w.normal = (1.0 / length) * Vec2{normal.at(0), normal.at(1)};
-    w.friction = read_friction(r, grain_friction);
+    if (auto cylinder = r.child_if("cylinder")) {
+        read_cylinder(*cylinder, dimension, w);
+    } else {
+        w.point = vector_from(r.numbers("point", size_of(dimension), lengths));
+        w.normal = read_direction(r, "normal", dimension, "a vector towards the grains");
+    }
+    w.contact = grains;
+    if (auto own = r.child_if("contact"))
+        w.contact = read_contact(*own, grains);
+    else
+        w.contact.friction = read_friction(r, grains.friction);
+    if (w.contact.rolling != grains.rolling)
+        r.problem("contact", "has another law of rolling than the grains (use one law; only its numbers may differ).");
+    w.motion = read_motion(r, dimension);
     if (auto const time = r.number_if("removed_at", {.min = 0.0, .unit = "s"})) w.removed_at = *time;
     r.finish();
     return w;
 }
 
-ColumnConfig read_column(Reader r)
+ColumnConfig read_column(Reader r, int dimension)
 {
     ColumnConfig c;
-    c.count = r.integer("count", {.min = 1, .max = 1e6});
+    if (dimension == 3) {
+        c.container = static_cast<Container>(r.choice_or("container", 0, {"box", "quarter", "cylinder"}));
+        if (c.container == Container::box) c.depth = r.number("depth", {.above = 0.0, .max = 1e6, .unit = "m"});
+    }
+    c.count = r.integer("count", {.min = 1, .max = 1e7});
     c.aspect_ratio = r.number("aspect_ratio", {.min = 0.05, .max = 50.0});
     c.seed = static_cast<std::uint64_t>(r.integer_or("seed", 1, {.min = 0, .max = 1e15}));
     c.gate_removed_at = r.number_or("gate_removed_at", 0.0, {.min = 0.0, .unit = "s"});
@@ -85,15 +109,15 @@ ColumnConfig read_column(Reader r)
     return c;
 }
 
-GrainConfig read_grain(Reader r)
+GrainConfig read_grain(Reader r, int dimension)
 {
     GrainConfig g{};
-    auto const position = r.numbers("position", 2, {.min = -1e6, .max = 1e6, .unit = "m"});
-    auto const velocity = r.numbers_or("velocity", {0.0, 0.0}, {.min = -1e4, .max = 1e4, .unit = "m/s"});
-    g.position = {position.at(0), position.at(1)};
-    g.velocity = {velocity.at(0), velocity.at(1)};
+    sluice::Bounds const spins{.min = -1e6, .max = 1e6, .unit = "rad/s"};
+    g.position = vector_from(r.numbers("position", size_of(dimension), lengths));
+    g.velocity = vector_from(r.numbers_or("velocity", zeros(dimension), {.min = -1e4, .max = 1e4, .unit = "m/s"}));
     g.radius = r.number("radius", {.above = 1e-9, .max = 1e3, .unit = "m"});
-    g.spin = r.number_or("spin", 0.0, {.min = -1e6, .max = 1e6, .unit = "rad/s"});
+    g.spin = dimension == 2 ? Vec3{0, 0, r.number_or("spin", 0.0, spins)}
+                            : vector_from(r.numbers_or("spin", zeros(3), spins));
     r.finish();
     return g;
 }
@@ -105,49 +129,92 @@ void read_diameter(Reader r, Config& config)
     if (config.diameter_max < config.diameter_min)
         r.problem("max",
                   format("%g m is below min = %g m (must be at least min).", config.diameter_max, config.diameter_min));
-    if (config.diameter_max > 20.0 * config.diameter_min)
-        r.problem("max", format("%g m is more than 20 times min = %g m (the neighbour grid is made for similar sizes).",
+    if (config.diameter_max > 50.0 * config.diameter_min)
+        r.problem("max", format("%g m is more than 50 times min = %g m (a step for the smallest would take the largest "
+                                "nowhere).",
                                 config.diameter_max, config.diameter_min));
     r.finish();
 }
 
-//! A column is poured against x = 0 and onto y = 0: both walls must be there. The gate is added.
-void check_column_walls(Reader& r, Config& config)
+//! The walls that a column stands against; the floor is the last.
+std::vector<std::pair<Vec3, Vec3>> walls_of(ColumnConfig const& column, int dimension)  // point, normal
 {
-    auto holds = [&](double nx, double ny) {
-        return std::any_of(config.walls.begin(), config.walls.end(), [&](WallConfig const& w) {
-            return std::abs(w.normal.x - nx) + std::abs(w.normal.y - ny) < 1e-12 &&
-                   std::abs(dot(w.point, w.normal)) < 1e-12;
-        });
-    };
-    if (!holds(0.0, 1.0) || !holds(1.0, 0.0))
-        r.problem("column",
-                  "needs a floor and a back wall to stand on (walls through [0, 0] with normal [0, 1] and with "
-                  "normal [1, 0]). Add them to walls.");
-    if (std::any_of(config.walls.begin(), config.walls.end(), [](WallConfig const& w) { return w.name == "gate"; }))
-        r.problem("walls", "has a wall named gate (a column brings its own). Rename or remove it.");
-    if (!(config.gravity.y < 0.0))
-        r.problem("column", "cannot settle: gravity does not point down (needed: gravity y < 0).");
-    config.walls.push_back({.name = "gate",
-                            .point = {column_width(config), 0.0},
-                            .normal = {-1.0, 0.0},
-                            .friction = config.contact.friction,
-                            .removed_at = config.column->gate_removed_at});
+    if (dimension == 2) return {{{}, {1, 0, 0}}, {{}, {0, 1, 0}}};
+    switch (column.container) {
+        case Container::box:
+            return {{{}, {1, 0, 0}}, {{}, {0, 1, 0}}, {{0, column.depth, 0}, {0, -1, 0}}, {{}, {0, 0, 1}}};
+        case Container::quarter:
+            return {{{}, {1, 0, 0}}, {{}, {0, 1, 0}}, {{}, {0, 0, 1}}};
+        case Container::cylinder:
+            break;
+    }
+    return {{{}, {0, 0, 1}}};
 }
 
-double lightest_mass(Config const& config)
+//! A column is poured against its walls and onto its floor: they must be there. The gate is added.
+void check_column_walls(Reader& r, Config& config)
+{
+    auto const holds = [&](Vec3 point, Vec3 normal) {
+        return std::any_of(config.walls.begin(), config.walls.end(), [&](WallConfig const& w) {
+            return w.radius == 0.0 && norm(w.normal - normal) < 1e-12 &&
+                   std::abs(dot(w.point - point, w.normal)) < 1e-12 * (1.0 + norm(point));
+        });
+    };
+    std::string missing;
+    int const dimension = config.dimension;
+    auto const text = [&](Vec3 v) {
+        char line[96];
+        if (dimension == 2)
+            std::snprintf(line, sizeof line, "[%g, %g]", v.x, v.y);
+        else
+            std::snprintf(line, sizeof line, "[%g, %g, %g]", v.x, v.y, v.z);
+        return std::string(line);
+    };
+    for (auto const& [point, normal] : walls_of(*config.column, dimension))
+        if (!holds(point, normal))
+            missing += (missing.empty() ? "" : ", ") + ("{point: " + text(point) + ", normal: " + text(normal) + "}");
+    if (!missing.empty())
+        r.problem("column", "needs a floor and walls to stand against; missing: " + missing + ". Add them to walls.");
+    if (std::any_of(config.walls.begin(), config.walls.end(), [](WallConfig const& w) { return w.name == "gate"; }))
+        r.problem("walls", "has a wall named gate (a column brings its own). Rename or remove it.");
+    if (!((dimension == 2 ? config.gravity.y : config.gravity.z) < 0.0))
+        r.problem("column", std::string("cannot settle: gravity does not point down (needed: gravity ") +
+                                (dimension == 2 ? "y" : "z") + " < 0).");
+    WallConfig gate;
+    gate.name = "gate";
+    gate.contact = config.contact;
+    gate.removed_at = config.column->gate_removed_at;
+    if (dimension == 2 || config.column->container == Container::box) {
+        gate.point = {column_width(config), 0.0, 0.0};
+        gate.normal = {-1.0, 0.0, 0.0};
+    } else {
+        gate.normal = {0.0, 0.0, 1.0};
+        gate.radius = column_width(config);
+    }
+    config.walls.push_back(gate);
+}
+
+double mass_of(Config const& config, double radius)
+{
+    double const pi = std::numbers::pi;
+    return config.density * (config.dimension == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius);
+}
+
+double smallest_radius(Config const& config)
 {
     double radius = config.column ? 0.5 * config.diameter_min : std::numeric_limits<double>::infinity();
     for (GrainConfig const& g : config.grains) radius = std::min(radius, g.radius);
-    return config.density * std::numbers::pi * radius * radius;
+    return radius;
 }
 
 //! `step: auto` is t_c/50; above t_c/5 refused (Verlet with several contacts a grain), above t_c/15 warned (D06).
 void read_step(Reader& r, Config& config)
 {
-    config.contact_time = contact_time(config.contact.normal_stiffness,
-                                       config.contact.friction > 0.0 ? config.contact.tangential_stiffness : 0.0,
-                                       0.5 * lightest_mass(config));
+    double const radius = smallest_radius(config);
+    config.contact_time = contact_time_of(config.contact, config.dimension, mass_of(config, radius), radius);
+    for (WallConfig const& w : config.walls)  // a wall is heavier than any grain: twice the mass of a pair
+        config.contact_time = std::min(
+            config.contact_time, contact_time_of(w.contact, config.dimension, 2.0 * mass_of(config, radius), radius));
     config.step = config.contact_time / 50.0;
     if (!r.diagnostics()->problems.empty()) {
         r.has("step") ? void(r.subtree("step")) : void();  // t_c is not known: say nothing about the step
@@ -173,20 +240,25 @@ void read_step(Reader& r, Config& config)
 }
 
 //! Overlapping grains push each other apart: their elastic energy becomes motion (D08).
+template <int D>
 void warn_of_overlaps(Config& config)
 {
-    Grains grains;
-    for (GrainConfig const& g : config.grains) grains.add(g.position, g.radius, config.density);
+    Grains<D> grains;
+    for (GrainConfig const& g : config.grains) grains.add(to_dimension<D>(g.position), g.radius, config.density);
     std::vector<std::uint32_t> first, other;
     find_pairs(grains, 0.0, first, other);
+    ContactLaw const law = contact_law(config.contact);
     double deepest = 0.0, energy = 0.0;  // [-], [J]
     for (std::size_t i = 0; i < grains.size(); ++i)
         for (std::uint32_t slot = first[i]; slot < first[i + 1]; ++slot) {
-            std::size_t const j = other[slot];
-            double const reach = grains.radius[i] + grains.radius[j];
-            double const overlap = reach - std::hypot(grains.x[i] - grains.x[j], grains.y[i] - grains.y[j]);
+            auto const &a = grains.place[i], &b = grains.place[other[slot]];
+            double const reach = a.radius + b.radius, overlap = reach - norm(a.centre - b.centre);
+            double const effective = a.radius * b.radius / reach;
             deepest = std::max(deepest, overlap / reach);
-            energy += 0.5 * config.contact.normal_stiffness * overlap * overlap;
+            energy += (config.contact.elasticity == Elasticity::linear
+                           ? stiffness_at<Elasticity::linear>(law, overlap, effective)
+                           : stiffness_at<Elasticity::hertz>(law, overlap, effective))
+                          .energy;
         }
     if (deepest > 0.01)
         config.warnings.push_back(
@@ -197,12 +269,13 @@ void warn_of_overlaps(Config& config)
 
 void read_matter(Reader& r, Config& config)
 {
-    for (Reader const& wall : r.list("walls")) config.walls.push_back(read_wall(wall, config.contact.friction));
+    for (Reader const& wall : r.list("walls"))
+        config.walls.push_back(read_wall(wall, config.dimension, config.contact));
     if (auto column = r.child_if("column")) {
-        config.column = read_column(*column);
+        config.column = read_column(*column, config.dimension);
         read_diameter(r.child("diameter"), config);
     }
-    for (Reader const& grain : r.list("grains")) config.grains.push_back(read_grain(grain));
+    for (Reader const& grain : r.list("grains")) config.grains.push_back(read_grain(grain, config.dimension));
     if (config.column.has_value() == !config.grains.empty())
         r.problem(config.column ? "grains" : "column",
                   config.column ? "stands beside column (give one of them)." : "is missing (give column or grains).");
@@ -219,25 +292,41 @@ void read_matter(Reader& r, Config& config)
 
 double column_width(Config const& config)
 {
-    double const a = config.diameter_min, b = config.diameter_max;
-    double const mean_square = (a * a + a * b + b * b) / 3.0;  // of a uniform distribution
-    double const area = static_cast<double>(config.column->count) * std::numbers::pi / 4.0 * mean_square;
-    return std::sqrt(area / assumed_packing_fraction / config.column->aspect_ratio);
+    double const a = config.diameter_min, b = config.diameter_max, pi = std::numbers::pi;
+    ColumnConfig const& c = *config.column;
+    double const matter = static_cast<double>(c.count) / assumed_packing_fraction(config.dimension);
+    if (config.dimension == 2) {
+        double const mean_square = (a * a + a * b + b * b) / 3.0;  // of a uniform distribution
+        return std::sqrt(matter * pi / 4.0 * mean_square / c.aspect_ratio);
+    }
+    double const mean_cube = (a + b) * (a * a + b * b) / 4.0;
+    double const volume = matter * pi / 6.0 * mean_cube;
+    switch (c.container) {
+        case Container::box:
+            return std::sqrt(volume / (c.aspect_ratio * c.depth));
+        case Container::quarter:
+            return std::cbrt(volume / (c.aspect_ratio * pi / 4.0));
+        case Container::cylinder:
+            break;
+    }
+    return std::cbrt(volume / (c.aspect_ratio * pi));
 }
 
-Config read_config(Reader r, Vec2 gravity)
+Config read_config(Reader r, int dimension, Vec3 gravity)
 {
     Config config;
+    config.dimension = dimension;
     config.gravity = gravity;
     config.density = r.number("density", {.min = 1.0, .max = 1e5, .unit = "kg/m3"});
     config.contact = read_contact(r.child("contact"));
+    config.scheme = r.choice_or("scheme", 0, {"predicted", "liggghts"}) == 0 ? Scheme::predicted : Scheme::liggghts;
     if (auto buoyancy = r.child_if("buoyancy")) {
         config.fluid_density = buoyancy->number("density", {.above = 0.0, .max = 1e5, .unit = "kg/m3"});
         buoyancy->finish();
     }
     read_matter(r, config);
     read_step(r, config);
-    if (r.diagnostics()->problems.empty()) warn_of_overlaps(config);
+    if (r.diagnostics()->problems.empty()) dimension == 2 ? warn_of_overlaps<2>(config) : warn_of_overlaps<3>(config);
     r.finish();
     return config;
 }

@@ -7,34 +7,58 @@
 #include <vector>
 
 #include "coupler/scene/reader.hpp"
-#include "participants/dem/vec2.hpp"
+#include "participants/dem/laws.hpp"
+#include "participants/dem/vec.hpp"
+#include "participants/dem/wall_shape.hpp"
 
-//! What a scene says about the grains, as plain constant data. The keys are in README.md.
+//! What a scene says about the grains, as plain constant data. The keys are in README.md. Vectors have three
+//! components; in the plane z is 0.
 namespace dem {
 
 struct ContactConfig
 {
-    double normal_stiffness = 0.0;      //!< kn [N/m]
+    Elasticity elasticity = Elasticity::linear;
+    double normal_stiffness = 0.0;      //!< linear: kn [N/m]
+    double youngs_modulus = 0.0;        //!< hertz: E [Pa]
+    double poissons_ratio = 0.0;        //!< hertz: nu [-]
     double damping_ratio = 0.0;         //!< alpha_n [-]
-    double tangential_stiffness = 0.0;  //!< kt [N/m]
+    double tangential_stiffness = 0.0;  //!< linear: kt [N/m]
     double tangential_damping = 0.0;    //!< alpha_t [-]
-    double friction = 0.0;              //!< mu between grains [-]
+    double friction = 0.0;              //!< mu [-]
+    Rolling rolling = Rolling::none;
+    double rolling_friction = 0.0;   //!< mu_r [-]
+    double rolling_stiffness = 0.0;  //!< kr/kt [-]
+    double rolling_damping = 0.0;    //!< alpha_r [-]
+    bool may_pull = false;           //!< the dashpot may make the normal force attractive
 };
 
 struct WallConfig
 {
     std::string name;
-    Vec2 point;                                                   //!< [m]
-    Vec2 normal;                                                  //!< unit vector, to the grains
-    double friction = 0.0;                                        //!< mu [-]
+    Vec3 point;           //!< [m]
+    Vec3 normal;          //!< plane: unit vector, to the grains; cylinder: of its axis ({} in the plane)
+    double radius = 0.0;  //!< of a cylinder [m]; 0: a plane
+    bool inside = true;   //!< cylinder: the grains are inside
+    ContactConfig contact;
+    WallMotion<3> motion;
     double removed_at = std::numeric_limits<double>::infinity();  //!< [s]
 };
 
-//! A settled column between the wall x = 0 and a gate, on the floor y = 0.
+//! What a column of grains stands in until its gate is removed.
+enum class Container : unsigned char
+{
+    box,      //!< between the wall x = 0 and a gate, on the floor; in space between y = 0 and y = depth
+    quarter,  //!< a quarter of a cylinder about the vertical axis, x > 0, y > 0
+    cylinder  //!< about the vertical axis
+};
+
+//! A settled column on the floor through the origin.
 struct ColumnConfig
 {
+    Container container = Container::box;
     std::int64_t count = 0;
     double aspect_ratio = 0.0;  //!< height / width, at the assumed packing fraction [-]
+    double depth = 0.0;         //!< of a box in space [m]
     std::uint64_t seed = 1;
     double gate_removed_at = 0.0;   //!< [s]
     double packing_friction = 0.0;  //!< mu while the column is poured [-]; lower: denser
@@ -42,19 +66,21 @@ struct ColumnConfig
 
 struct GrainConfig
 {
-    Vec2 position;      //!< [m]
-    double radius;      //!< [m]
-    Vec2 velocity;      //!< [m/s]
-    double spin = 0.0;  //!< [rad/s]
+    Vec3 position;  //!< [m]
+    double radius;  //!< [m]
+    Vec3 velocity;  //!< [m/s]
+    Vec3 spin;      //!< [rad/s]; in the plane z
 };
 
 struct Config
 {
-    Vec2 gravity;                                   //!< [m/s2]
+    int dimension = 2;
+    Vec3 gravity;                                   //!< [m/s2]
     double density = 0.0;                           //!< [kg/m3]
     double fluid_density = 0.0;                     //!< of the buoyancy [kg/m3]; 0: dry
     double diameter_min = 0.0, diameter_max = 0.0;  //!< of a column, uniform by number [m]
     ContactConfig contact;
+    Scheme scheme = Scheme::predicted;
     std::vector<WallConfig> walls;
     std::optional<ColumnConfig> column;
     std::vector<GrainConfig> grains;
@@ -63,13 +89,47 @@ struct Config
     std::vector<std::string> warnings;  //!< for the user, one sentence each
 };
 
-//! Packing fraction that turns count and aspect ratio into a width [-]; 2D discs of dmax/dmin = 1.8 (D07: 0.81-0.84).
-inline constexpr double assumed_packing_fraction = 0.82;
+//! Packing fraction that turns count and aspect ratio into a width [-]. Discs of dmax/dmin = 1.8: 0.81-0.84 (D07);
+//! poured spheres with little friction: 0.60-0.62 (study C: 0.611).
+constexpr double assumed_packing_fraction(int dimension)
+{
+    return dimension == 2 ? 0.82 : 0.61;
+}
 
-//! Width of a column [m]:  sqrt(N pi (d^2)_mean / 4 / 0.82 / aspect ratio)
+//! Width (box) or radius of a column [m], from the volume of its grains.
 double column_width(Config const& config);
 
-//! Reads and checks a grains block. Mistakes go to the reader; `reader.finish()` is called.
-Config read_config(sluice::Reader reader, Vec2 gravity);
+//! Reads and checks a grains block for a scene of this dimension. Mistakes go to the reader; `reader.finish()` is
+//! called.
+Config read_config(sluice::Reader reader, int dimension, Vec3 gravity);
+
+//! The contact block; walls start from `fallback`, that of the grains.
+ContactConfig read_contact(sluice::Reader reader, std::optional<ContactConfig> const& fallback = std::nullopt);
+//! `friction: mu` or `friction_angle: degrees`; exactly one where there is no fallback.
+double read_friction(sluice::Reader& reader, std::optional<double> fallback);
+
+//! The laws of a contact block, with the stiffnesses of two partners of the same matter.
+ContactLaw contact_law(ContactConfig const& contact);
+
+//! Half period of the stiffest mode of a pair of grains of mass m [kg], radius r [m], at the step's reference [s]:
+//! for hertz at an overlap of 1 % of the radius.
+double contact_time_of(ContactConfig const& contact, int dimension, double mass, double radius);
+
+template <int D>
+Vec<D> to_dimension(Vec3 const& v)
+{
+    if constexpr (D == 2)
+        return {v.x, v.y};
+    else
+        return v;
+}
+constexpr Vec3 in_space(Vec2 v)
+{
+    return {v.x, v.y, 0.0};
+}
+constexpr Vec3 in_space(Vec3 v)
+{
+    return v;
+}
 
 }  // namespace dem

@@ -1,350 +1,226 @@
 #include "participants/dem/contacts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+
+#include "participants/dem/contact.hpp"
 
 namespace dem {
 namespace {
 
-//! A grain's motion as the contact sees it.
-struct Motion
-{
-    Vec2 velocity;  //!< [m/s]
-    double spin;    //!< [rad/s]
-};
-
-Motion predicted(Grains const& g, std::size_t i) noexcept
-{
-    return {{g.vx[i], g.vy[i]}, g.spin[i]};
-}
-Motion half_step(Grains const& g, std::size_t i) noexcept
-{
-    return {{g.half_vx[i], g.half_vy[i]}, g.half_spin[i]};
-}
-
-//! One contact: where, and how fast it closes and slips. A wall is a partner at rest with arm 0.
-struct Contact
-{
-    Vec2 normal;
-    double arm_i, arm_j;  //!< [m]
-
-    double closing(Motion const& i, Motion const& j) const noexcept { return -dot(i.velocity - j.velocity, normal); }
-    double slip(Motion const& i, Motion const& j) const noexcept
-    {
-        return dot(i.velocity - j.velocity, tangent_of(normal)) - (arm_i * i.spin + arm_j * j.spin);
-    }
-};
-
-//! Coincident centres have no direction: x is taken, so that the grains part without a NaN.
-Contact contact_of(Vec2 apart, double distance, double radius_i, double radius_j) noexcept
-{
-    double const inverse = 1.0 / distance, share = distance / (radius_i + radius_j);
-    Vec2 const normal = distance > 0.0 ? inverse * apart : Vec2{1.0, 0.0};
-    return {normal, radius_i * share, radius_j * share};
-}
-
-struct Forces
-{
-    double normal, tangential;    //!< Fn, Ft [N]
-    double lossy_n, lossy_t;      //!< the part of them that is not elastic [N]
-    double impulse_n, impulse_t;  //!< of a fresh contact, besides the forces [N s]
-    bool slides;
-    bool fresh;  //!< did not touch one step ago
-};
-
-//! Books of one evaluation, summed in the order of the contacts [J].
-struct Books
-{
-    double normal_dashpot = 0.0, tangential_dashpot = 0.0, sliding = 0.0, touch = 0.0;
-
-    void add_to(Booked& booked) const noexcept
-    {
-        booked.normal_dashpot += normal_dashpot;
-        booked.tangential_dashpot += tangential_dashpot;
-        booked.sliding += sliding;
-        booked.touch += touch;
-    }
-};
-
-//! Work of the spring's force over a step, by the trapezium, less what it stores: taken by sliding [J].
-inline double spring_loss(double stiffness, double before, double after, double displacement) noexcept
-{
-    return 0.5 * stiffness * (before + after) * (displacement - (after - before));
-}
-
-//! What two partners and a step are to the laws of one contact.
-struct Touching
-{
-    double overlap;                  //!< xi > 0 [m]
-    double sqrt_mass;                //!< sqrt(m*) [sqrt(kg)]
-    double closing, slip;            //!< predicted at the end of the step [m/s]
-    double step_closing, step_slip;  //!< over the step [m]
-};
-
-inline Touching touching_of(Contact const& c, double overlap, double sqrt_mass, double dt, Motion const& vi,
-                            Motion const& vj, Motion const& hi, Motion const& hj) noexcept
-{
-    return {overlap, sqrt_mass, c.closing(vi, vj), c.slip(vi, vj), dt * c.closing(hi, hj), dt * c.slip(hi, hj)};
-}
-
-//! A contact that began within the step, `touched` of a step ago (see contacts.hpp). `turning` is li^2/Ii + lj^2/Ij
-//! [1/kg].
-template <Features F>
-Forces first_forces(NormalForce const& normal_law, TangentialForce const& tangential_law, double dt, Touching const& c,
-                    double turning, double& spring, Books& books) noexcept
-{
-    double const touched = c.overlap / c.step_closing, lag = touched * dt, missing = (touched - 0.5) * dt;
-    double const inverse_n = 1.0 / (c.sqrt_mass * c.sqrt_mass), inverse_t = inverse_n + turning;
-    Forces f{};
-    f.fresh = true;
-    double const closing = c.closing / (1.0 + lag * normal_law.damping / c.sqrt_mass);
-    f.normal = normal_law(c.overlap, closing, c.sqrt_mass);
-    f.lossy_n = f.normal - normal_law.stiffness * c.overlap;
-    f.impulse_n = missing * f.lossy_n;
-    if constexpr (F.friction) {
-        double const first_slip = c.step_slip / dt;
-        auto const t0 =
-            tangential_law(spring, first_slip, normal_law(0.0, c.step_closing / dt, c.sqrt_mass), c.sqrt_mass);
-        double const trial = t0.spring + touched * c.step_slip;  // cut back at the touch, then stretched since
-        double const slowed = c.slip - lag * inverse_t * t0.force;
-        double const slip = slowed * c.slip > 0.0 ? slowed : 0.0;  // friction stops a slip, it does not turn it round
-        auto const t = tangential_law(trial, slip, f.normal, c.sqrt_mass);
-        f.tangential = t.force;
-        f.impulse_t = missing * t.force;
-        f.lossy_t = t.force - tangential_law.stiffness * t.spring;
-        f.slides = t.slides;
-        if constexpr (F.ledger) books.sliding += spring_loss(tangential_law.stiffness, spring, t.spring, c.step_slip);
-        spring = t.spring;
-    }
-    if constexpr (F.ledger) {
-        books.touch += 0.5 * normal_law.stiffness * c.overlap * (c.step_closing - c.overlap);
-        books.normal_dashpot += f.impulse_n * (c.step_closing / dt - 0.5 * f.impulse_n * inverse_n);
-        (f.slides ? books.sliding : books.tangential_dashpot) +=
-            f.impulse_t * (c.step_slip / dt - 0.5 * f.impulse_t * inverse_t);
-    }
-    return f;
-}
-
-//! The two laws on one touching contact, and what the ledger books of it. Changes the spring. `turning()` is called
-//! only for a contact that began within the step.
-template <Features F, class Turning>
-inline Forces contact_forces(NormalForce const& normal_law, TangentialForce const& tangential_law, double dt,
-                             Touching const& c, Turning&& turning, double& spring, Books& books) noexcept
-{
-    if (c.overlap < c.step_closing) [[unlikely]]
-        return first_forces<F>(normal_law, tangential_law, dt, c, turning(), spring, books);
-    Forces f{};
-    f.normal = normal_law(c.overlap, c.closing, c.sqrt_mass);
-    if constexpr (F.ledger) f.lossy_n = f.normal - normal_law.stiffness * c.overlap;
-    if constexpr (F.friction) {
-        auto const t = tangential_law(spring + c.step_slip, c.slip, f.normal, c.sqrt_mass);
-        f.tangential = t.force;
-        if constexpr (F.ledger) {
-            books.sliding += spring_loss(tangential_law.stiffness, spring, t.spring, c.step_slip);
-            f.lossy_t = f.tangential - tangential_law.stiffness * t.spring;
-            f.slides = t.slides;
-        }
-        spring = t.spring;
-    }
-    return f;
-}
-
 //! Gives a grain its share of a fresh contact's impulse; `sign` is +1 for i, -1 for j.
-void push(Grains& g, std::size_t i, double sign, double arm, Contact const& c, Forces const& f) noexcept
+template <int D>
+void push(Grains<D>& g, std::size_t i, double sign, double arm, Contact<D> const& c, Forces<D> const& f) noexcept
 {
-    Vec2 const impulse = (sign / g.mass[i]) * (f.impulse_n * c.normal - f.impulse_t * tangent_of(c.normal));
-    g.half_vx[i] += impulse.x;
-    g.half_vy[i] += impulse.y;
-    g.half_spin[i] += arm * f.impulse_t / g.inertia[i];
+    g.half[i].velocity += (sign / g.mass[i]) * (f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal));
+    g.half[i].spin = g.half[i].spin + (arm / g.inertia[i]) * torque_of(f.impulse_t, c.normal);
 }
 
-//! A contact of the list that does not touch, and what the ledger books if it did one step ago: the springs' energy.
-inline void book_opening(NormalForce const& normal_law, TangentialForce const& tangential_law, double overlap,
-                         double step_closing, double displacement, double spring, Books& books) noexcept
+template <Features F, int D>
+Memory<D> memory_of(History<D> const& history, std::size_t at) noexcept
 {
-    double const before = overlap - step_closing;
-    if (before > 0.0) books.touch += 0.5 * normal_law.stiffness * before * overlap;
-    books.sliding += spring_loss(tangential_law.stiffness, spring, 0.0, displacement);
+    Memory<D> m;
+    if constexpr (F.friction) m.friction = history.friction[at];
+    if constexpr (F.rolling == Rolling::elastic_plastic) m.rolling = history.rolling[at];
+    return m;
+}
+template <Features F, int D>
+void remember(History<D>& history, std::size_t at, Memory<D> const& m) noexcept
+{
+    if constexpr (F.friction) history.friction[at] = m.friction;
+    if constexpr (F.rolling == Rolling::elastic_plastic) history.rolling[at] = m.rolling;
 }
 
-template <Features F>
-void add_pair_forces(Setup const& setup, State& state, double dt) noexcept
+//! Turns the memory of a contact with it (space only). LIGGGHTS only projects it.
+template <Features F, int D>
+void carry(Memory<D>& m, Contact<D> const& c, double dt, Motion<D> const& hi, Motion<D> const& hj) noexcept
 {
-    Grains& g = state.grains;
-    Pairs& pairs = state.pairs;
-    NormalForce const normal_law = setup.normal_force;
-    TangentialForce const tangential_law = setup.tangential_force;
+    if constexpr (D == 3 && F.friction) {
+        if constexpr (F.scheme == Scheme::liggghts) {
+            m.friction = along(m.friction, c.normal);
+        } else {
+            double const twist = dt * twist_of(hi.spin, hj.spin, c.normal);
+            m.friction = carried(m.friction, c.normal, twist);
+            if constexpr (F.rolling == Rolling::elastic_plastic) m.rolling = carried(m.rolling, c.normal, twist);
+        }
+    }
+}
+
+//! The laws on one listed contact that touches. Returns what acts; writes the history.
+template <Features F, int D, class Turning>
+Forces<D> act(ContactLaw const& law, Contact<D> const& c, double overlap, double sqrt_mass, double dt,
+              Motion<D> const& vi, Motion<D> const& vj, Motion<D> const& hi, Motion<D> const& hj, Turning&& turning,
+              History<D>& history, std::size_t at, Books& books) noexcept
+{
+    auto const touching = touching_of<F>(c, overlap, sqrt_mass, dt, vi, vj, hi, hj);
+    Memory<D> memory = memory_of<F>(history, at);
+    carry<F>(memory, c, dt, hi, hj);
+    Forces<D> const f = contact_forces<F>(law, dt, touching, turning, memory, books);
+    remember<F>(history, at, memory);
+    if constexpr (F.ledger) history.lossy[at] = f.lossy;
+    return f;
+}
+
+//! Forgets a listed contact that does not touch.
+template <Features F, int D>
+void forget(ContactLaw const& law, Contact<D> const& c, double overlap, double dt, Motion<D> const& hi,
+            Motion<D> const& hj, History<D>& history, std::size_t at, Books& books) noexcept
+{
+    if constexpr (F.ledger) {
+        Memory<D> const memory = memory_of<F>(history, at);
+        book_opening<F>(law, c, overlap, dt * c.closing(hi, hj), dt * c.slip(hi, hj), memory, books);
+        history.lossy[at] = {};
+    }
+    remember<F>(history, at, Memory<D>{});
+}
+
+template <Features F, int D>
+void add_pair_forces(Setup<D> const& setup, State<D>& state, double dt) noexcept
+{
+    Grains<D>& g = state.grains;
+    Pairs<D>& pairs = state.pairs;
+    ContactLaw const law = setup.law;
+    auto const& late = F.scheme == Scheme::liggghts ? g.half : g.motion;
     Books books;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        Vec2 const xi{g.x[i], g.y[i]};
-        Motion const vi = predicted(g, i), hi = half_step(g, i);
-        double const ri = g.radius[i];
-        double fx = 0.0, fy = 0.0, torque = 0.0;
+        Place<D> const pi = g.place[i];
+        Motion<D> const vi = late[i], hi = g.half[i];
+        Load<D> sum;
         std::uint32_t const end = pairs.first[i + 1];
         for (std::uint32_t slot = pairs.first[i]; slot < end; ++slot) {
             std::size_t const j = pairs.other[slot];
-            Vec2 const apart = xi - Vec2{g.x[j], g.y[j]};
-            double const reach = ri + g.radius[j], square = dot(apart, apart);
+            Vec<D> const apart = pi.centre - g.place[j].centre;
+            double const reach = pi.radius + g.place[j].radius, square = dot(apart, apart);
             if (square >= reach * reach) {
-                if constexpr (F.ledger) {
-                    Contact const c = contact_of(apart, std::sqrt(square), ri, g.radius[j]);
-                    Motion const hj = half_step(g, j);
-                    book_opening(normal_law, tangential_law, reach - std::sqrt(square), dt * c.closing(hi, hj),
-                                 dt * c.slip(hi, hj), pairs.spring[slot], books);
-                    pairs.lossy_n[slot] = pairs.lossy_t[slot] = 0.0;
-                }
-                if constexpr (F.friction) pairs.spring[slot] = 0.0;
+                double const distance = F.ledger ? std::sqrt(square) : 0.0;
+                forget<F>(law, contact_of<D>(apart, distance, pi.radius, g.place[j].radius), reach - distance, dt, hi,
+                          g.half[j], pairs.history, slot, books);
                 continue;
             }
             double const distance = std::sqrt(square);
-            Contact const c = contact_of(apart, distance, ri, g.radius[j]);
-            Touching const touching =
-                touching_of(c, reach - distance, pairs.sqrt_mass[slot], dt, vi, predicted(g, j), hi, half_step(g, j));
+            Contact<D> c = contact_of<D>(apart, distance, pi.radius, g.place[j].radius);
+            if constexpr (F.scheme == Scheme::liggghts) shorten_arms(c, pi.radius, g.place[j].radius, reach - distance);
             auto const turning = [&] { return c.arm_i * c.arm_i / g.inertia[i] + c.arm_j * c.arm_j / g.inertia[j]; };
-            Forces const f =
-                contact_forces<F>(normal_law, tangential_law, dt, touching, turning, pairs.spring[slot], books);
+            Forces<D> const f = act<F>(law, c, reach - distance, pairs.sqrt_mass[slot], dt, vi, late[j], hi, g.half[j],
+                                       turning, pairs.history, slot, books);
             if (f.fresh) [[unlikely]] {
                 push(g, i, 1.0, c.arm_i, c, f);
                 push(g, j, -1.0, c.arm_j, c, f);
             }
-            Vec2 const force = f.normal * c.normal - f.tangential * tangent_of(c.normal);
-            fx += force.x;
-            fy += force.y;
-            g.fx[j] -= force.x;
-            g.fy[j] -= force.y;
+            Vec<D> const force = f.normal * c.normal - vector_of(f.tangential, c.normal);
+            sum.force += force;
+            g.contact[j].force -= force;
             if constexpr (F.friction) {
-                torque += c.arm_i * f.tangential;
-                g.torque[j] += c.arm_j * f.tangential;
+                auto const torque = torque_of(f.tangential, c.normal);
+                sum.torque = sum.torque + c.arm_i * torque;
+                g.contact[j].torque = g.contact[j].torque + c.arm_j * torque;
             }
-            if constexpr (F.ledger) {
-                pairs.lossy_n[slot] = f.lossy_n;
-                pairs.lossy_t[slot] = f.lossy_t;
-                pairs.slides[slot] = f.slides;
+            if constexpr (F.rolling != Rolling::none) {
+                auto const torque = c.effective * torque_of(f.rolling, c.normal);
+                sum.torque = sum.torque - torque;
+                g.contact[j].torque = g.contact[j].torque + torque;
             }
         }
-        g.fx[i] += fx;
-        g.fy[i] += fy;
-        g.torque[i] += torque;
+        g.contact[i].force += sum.force;
+        g.contact[i].torque = g.contact[i].torque + sum.torque;
     }
     if constexpr (F.ledger) books.add_to(state.booked);
 }
 
-template <Features F>
-void add_wall_forces(Setup const& setup, State& state, std::size_t w, double dt) noexcept
+template <Features F, int D, class AnyShape>
+void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state, WallContacts<D>& contacts, double dt,
+                     bool absolute_damping) noexcept
 {
-    Grains& g = state.grains;
-    Wall const& wall = setup.walls[w];
-    WallContacts& contacts = state.wall_contacts[w];
-    Motion const rest{};
+    Grains<D>& g = state.grains;
+    auto const& late = F.scheme == Scheme::liggghts ? g.half : g.motion;
+    Motion<D> half{}, motion{};
+    if (wall.motion.moves()) {
+        contacts.velocity = wall.motion.speed(state.time + dt);
+        if (dt > 0.0) half.velocity = (1.0 / dt) * (contacts.shift - wall.motion.shift(state.time));
+        motion.velocity = F.scheme == Scheme::liggghts ? half.velocity : contacts.velocity;
+    }
+    Vec<D> total;
     Books books;
     for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
         std::size_t const i = contacts.grain[k];
-        Contact const c{wall.normal, g.radius[i], 0.0};
-        double const overlap = g.radius[i] - dot(Vec2{g.x[i], g.y[i]} - wall.point, wall.normal);
+        double const radius = g.place[i].radius;
+        Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift, contacts.facet[k]);
+        Contact<D> c = contact_with_wall<D>(at.normal, radius);
+        double const overlap = radius - at.distance;
+        if constexpr (F.scheme == Scheme::liggghts) shorten_arms(c, radius, 0.0, overlap);
         if (overlap <= 0.0) {
-            if constexpr (F.ledger) {
-                Motion const hi = half_step(g, i);
-                book_opening(wall.normal_force, wall.tangential_force, overlap, dt * c.closing(hi, rest),
-                             dt * c.slip(hi, rest), contacts.spring[k], books);
-                contacts.lossy_n[k] = contacts.lossy_t[k] = 0.0;
-            }
-            contacts.spring[k] = 0.0;
+            forget<F>(wall.law, c, overlap, dt, g.half[i], half, contacts.history, k, books);
             continue;
         }
-        Touching const touching =
-            touching_of(c, overlap, std::sqrt(g.mass[i]), dt, predicted(g, i), rest, half_step(g, i), rest);
         auto const turning = [&] { return c.arm_i * c.arm_i / g.inertia[i]; };
-        Forces const f = contact_forces<F>(wall.normal_force, wall.tangential_force, dt, touching, turning,
-                                           contacts.spring[k], books);
+        double const sqrt_mass = absolute_damping ? 1.0 : std::sqrt(g.mass[i]);
+        Forces<D> const f = act<F>(wall.law, c, overlap, sqrt_mass, dt, late[i], motion, g.half[i], half, turning,
+                                   contacts.history, k, books);
         if (f.fresh) [[unlikely]]
             push(g, i, 1.0, c.arm_i, c, f);
-        Vec2 const force = f.normal * c.normal - f.tangential * tangent_of(c.normal);
-        g.fx[i] += force.x;
-        g.fy[i] += force.y;
-        g.torque[i] += c.arm_i * f.tangential;
-        if constexpr (F.ledger) {
-            contacts.lossy_n[k] = f.lossy_n;
-            contacts.lossy_t[k] = f.lossy_t;
-            contacts.slides[k] = f.slides;
-        }
+        Vec<D> const force = f.normal * c.normal - vector_of(f.tangential, c.normal);
+        g.contact[i].force += force;
+        total += force;
+        if constexpr (F.friction)
+            g.contact[i].torque = g.contact[i].torque + c.arm_i * torque_of(f.tangential, c.normal);
+        if constexpr (F.rolling != Rolling::none)
+            g.contact[i].torque = g.contact[i].torque - c.effective * torque_of(f.rolling, c.normal);
     }
-    if constexpr (F.ledger) books.add_to(state.booked);
+    if constexpr (F.ledger) {
+        books.add_to(state.booked);
+        state.booked.wall_work += 0.5 * dt * dot(contacts.force + total, half.velocity);
+    }
+    contacts.force = total;
+}
+
+template <Features F, int D>
+void evaluate_contacts(Setup<D> const& setup, State<D>& state, double dt) noexcept
+{
+    std::fill(state.grains.contact.begin(), state.grains.contact.end(), Load<D>{});
+    add_pair_forces<F>(setup, state, dt);
+    for (std::size_t w = 0; w < setup.walls.size(); ++w)
+        std::visit(
+            [&](auto const& shape) {
+                add_wall_forces<F>(shape, setup.walls[w], state, state.walls[w], dt, setup.absolute_damping);
+            },
+            setup.walls[w].shape);
+}
+
+//! All sets of features that are compiled: friction and rolling go together, LIGGGHTS' order has no ledger.
+constexpr auto compiled = [] {
+    std::array<Features, 20> all{};
+    std::size_t n = 0;
+    for (auto const elasticity : {Elasticity::linear, Elasticity::hertz})
+        for (bool const ledger : {false, true}) {
+            all[n++] = {.elasticity = elasticity, .ledger = ledger};
+            for (auto const rolling : {Rolling::none, Rolling::elastic_plastic, Rolling::constant})
+                all[n++] = {.elasticity = elasticity, .friction = true, .rolling = rolling, .ledger = ledger};
+        }
+    for (auto const elasticity : {Elasticity::linear, Elasticity::hertz})
+        for (auto const rolling : {Rolling::none, Rolling::constant})
+            all[n++] = {.elasticity = elasticity, .friction = true, .rolling = rolling, .scheme = Scheme::liggghts};
+    return all;
+}();
+
+template <int D, std::size_t... I>
+Evaluate<D> find(Features const& wanted, std::index_sequence<I...>) noexcept
+{
+    Evaluate<D> found = nullptr;
+    ((compiled[I] == wanted ? found = &evaluate_contacts<compiled[I], D> : found), ...);
+    return found;
 }
 
 }  // namespace
 
-template <Features F>
-void evaluate_contacts(Setup const& setup, State& state, double dt) noexcept
+template <int D>
+Evaluate<D> evaluation_for(Features const& features) noexcept
 {
-    std::fill(state.grains.fx.begin(), state.grains.fx.end(), 0.0);
-    std::fill(state.grains.fy.begin(), state.grains.fy.end(), 0.0);
-    std::fill(state.grains.torque.begin(), state.grains.torque.end(), 0.0);
-    add_pair_forces<F>(setup, state, dt);
-    for (std::size_t w = 0; w < setup.walls.size(); ++w) add_wall_forces<F>(setup, state, w, dt);
+    return find<D>(features, std::make_index_sequence<compiled.size()>());
 }
-
-template void evaluate_contacts<Features{}>(Setup const&, State&, double) noexcept;
-template void evaluate_contacts<Features{.friction = true}>(Setup const&, State&, double) noexcept;
-template void evaluate_contacts<Features{.ledger = true}>(Setup const&, State&, double) noexcept;
-template void evaluate_contacts<Features{.friction = true, .ledger = true}>(Setup const&, State&, double) noexcept;
-
-void evaluate_lossy_power(Setup const& setup, State& state) noexcept
-{
-    Grains const& g = state.grains;
-    State::Power power;
-    auto add = [&](Contact const& c, Motion const& i, Motion const& j, auto const& list, std::size_t at) {
-        power.normal += list.lossy_n[at] * c.closing(i, j);
-        (list.slides[at] ? power.sliding : power.tangential) += list.lossy_t[at] * c.slip(i, j);
-    };
-    for (std::size_t i = 0; i < g.size(); ++i)
-        for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
-            std::size_t const j = state.pairs.other[slot];
-            Vec2 const apart = Vec2{g.x[i], g.y[i]} - Vec2{g.x[j], g.y[j]};
-            Contact const c = contact_of(apart, std::sqrt(dot(apart, apart)), g.radius[i], g.radius[j]);
-            add(c, predicted(g, i), predicted(g, j), state.pairs, slot);
-        }
-    for (std::size_t w = 0; w < setup.walls.size(); ++w) {
-        WallContacts const& contacts = state.wall_contacts[w];
-        for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
-            std::size_t const i = contacts.grain[k];
-            add(Contact{setup.walls[w].normal, g.radius[i], 0.0}, predicted(g, i), Motion{}, contacts, k);
-        }
-    }
-    state.power = power;
-}
-
-Elastic elastic_energy_of_pairs(Setup const& setup, State const& state) noexcept
-{
-    Grains const& g = state.grains;
-    Pairs const& pairs = state.pairs;
-    Elastic sum;
-    for (std::size_t i = 0; i < g.size(); ++i)
-        for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
-            std::size_t const j = pairs.other[slot];
-            double const overlap = g.radius[i] + g.radius[j] - std::hypot(g.x[i] - g.x[j], g.y[i] - g.y[j]);
-            if (overlap <= 0.0) continue;
-            sum.normal += 0.5 * setup.normal_force.stiffness * overlap * overlap;
-            sum.tangential += 0.5 * setup.tangential_force.stiffness * pairs.spring[slot] * pairs.spring[slot];
-        }
-    return sum;
-}
-
-Elastic elastic_energy_of_wall(Setup const& setup, State const& state, std::size_t w) noexcept
-{
-    Grains const& g = state.grains;
-    Wall const& wall = setup.walls[w];
-    WallContacts const& contacts = state.wall_contacts[w];
-    Elastic sum;
-    for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
-        std::size_t const i = contacts.grain[k];
-        double const overlap = g.radius[i] - dot(Vec2{g.x[i], g.y[i]} - wall.point, wall.normal);
-        if (overlap <= 0.0) continue;
-        sum.normal += 0.5 * wall.normal_force.stiffness * overlap * overlap;
-        sum.tangential += 0.5 * wall.tangential_force.stiffness * contacts.spring[k] * contacts.spring[k];
-    }
-    return sum;
-}
+template Evaluate<DEM_DIMENSION> evaluation_for<DEM_DIMENSION>(Features const&) noexcept;
 
 }  // namespace dem

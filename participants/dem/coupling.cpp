@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <numeric>
 #include <optional>
+#include <string>
+#include <unordered_map>
+#include <utility>
 
 #include "coupler/coupler.hpp"
 #include "coupler/record/archive.hpp"
@@ -30,35 +32,42 @@ std::filesystem::path packing_cache()
     return {};
 }
 
+//! A vector's numbers at the end of a list.
+void append(std::vector<double>& to, double number)
+{
+    to.push_back(number);
+}
+template <int D>
+void append(std::vector<double>& to, Vec<D> const& v)
+{
+    for (int k = 0; k < D; ++k) to.push_back(component(v, k));
+}
+
 //! The grains as columns for frames, files and archives: interleaved, as all of those want them.
+template <int D>
 struct Columns
 {
     std::vector<std::int64_t> id;
-    std::vector<double> position, velocity, radius, force;
+    std::vector<double> position, velocity, spin, radius, force;
 
-    void update(Grains const& g)
+    void update(Grains<D> const& g)
     {
-        auto const n = g.size();
-        id.resize(n);
-        position.resize(2 * n);
-        velocity.resize(2 * n);
-        force.resize(2 * n);
-        radius = g.radius;
-        for (std::size_t i = 0; i < n; ++i) {
-            id[i] = static_cast<std::int64_t>(i);
-            position[2 * i] = g.x[i];
-            position[2 * i + 1] = g.y[i];
-            velocity[2 * i] = g.vx[i];
-            velocity[2 * i + 1] = g.vy[i];
-            force[2 * i] = g.external_fx[i];
-            force[2 * i + 1] = g.external_fy[i];
+        id = g.id;
+        for (auto* column : {&position, &velocity, &spin, &radius, &force}) column->clear();
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            append(position, g.place[i].centre);
+            append(velocity, g.motion[i].velocity);
+            append(spin, g.motion[i].spin);
+            append(radius, g.place[i].radius);
+            append(force, g.external[i].force);
         }
     }
-    sluice::Kinematics kinematics(Grains const& g) const { return {id, position, velocity, g.spin, radius}; }
+    sluice::Kinematics kinematics() const { return {id, position, velocity, spin, radius}; }
 };
 
 //! What a run leaves behind: ParaView series, HDF5 archive, time series. A resumed run goes on with what is there up to
 //! `resumed_at` [s].
+template <int D>
 class Recorder
 {
  public:
@@ -71,51 +80,56 @@ class Recorder
         if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
     }
 
-    void picture(double time, Columns const& c, Grains const& g)
+    void picture(double time, Columns<D> const& c)
     {
+        constexpr int turning = D == 2 ? 1 : 3;
+        constexpr auto force = D == 2 ? "N/m" : "N";
         std::vector<double> diameter(c.radius);
         for (double& d : diameter) d *= 2;
         series_.append(time, c.id,
-                       std::vector<sluice::PointColumn>{{"position", "m", 2, c.position},
-                                                        {"velocity", "m/s", 2, c.velocity},
-                                                        {"angular_velocity", "rad/s", 1, g.spin},
+                       std::vector<sluice::PointColumn>{{"position", "m", D, c.position},
+                                                        {"velocity", "m/s", D, c.velocity},
+                                                        {"angular_velocity", "rad/s", turning, c.spin},
                                                         {"radius", "m", 1, c.radius},
                                                         {"diameter", "m", 1, diameter},
-                                                        {"fluid_force", "N/m", 2, c.force}});
-        auto const n = g.size();
-        archive_.append(time, std::vector<sluice::ArchiveDataset>{{"id", "", std::span<std::int64_t const>(c.id), {n}},
-                                                                  {"position", "m", std::span(c.position), {n, 2}},
-                                                                  {"velocity", "m/s", std::span(c.velocity), {n, 2}},
-                                                                  {"angular_velocity", "rad/s", std::span(g.spin), {n}},
-                                                                  {"radius", "m", std::span(c.radius), {n}},
-                                                                  {"fluid_force", "N/m", std::span(c.force), {n, 2}}});
+                                                        {"fluid_force", force, D, c.force}});
+        auto const n = c.id.size();
+        std::vector<std::size_t> const spins = D == 2 ? std::vector<std::size_t>{n} : std::vector<std::size_t>{n, 3};
+        archive_.append(time,
+                        std::vector<sluice::ArchiveDataset>{{"id", "", std::span<std::int64_t const>(c.id), {n}},
+                                                            {"position", "m", std::span(c.position), {n, D}},
+                                                            {"velocity", "m/s", std::span(c.velocity), {n, D}},
+                                                            {"angular_velocity", "rad/s", std::span(c.spin), spins},
+                                                            {"radius", "m", std::span(c.radius), {n}},
+                                                            {"fluid_force", force, std::span(c.force), {n, D}}});
     }
 
-    void row(double time, Solver const& solver, Vec2 impulse)
+    void row(double time, Solver<D> const& solver, Vec<D> impulse)
     {
         auto const m = measure(solver);
         auto const e = solver.energies();
-        table_.append(std::vector<double>{time,
-                                          m.front,
-                                          m.foremost,
-                                          m.height,
-                                          e.kinetic_linear,
-                                          e.kinetic_rotational,
-                                          e.potential,
-                                          e.elastic_normal + e.elastic_tangential,
-                                          e.normal_dashpot,
-                                          e.tangential_dashpot,
-                                          e.sliding,
-                                          e.removed_walls + e.touch,
-                                          e.external_work,
-                                          e.balance(),
-                                          m.centre_of_mass.x,
-                                          m.centre_of_mass.y,
-                                          m.coordination,
-                                          static_cast<double>(m.contacts),
-                                          m.largest_overlap,
-                                          impulse.x,
-                                          impulse.y});
+        std::vector<double> values{time,
+                                   m.front,
+                                   m.foremost,
+                                   m.height,
+                                   e.kinetic_linear,
+                                   e.kinetic_rotational,
+                                   e.potential,
+                                   e.elastic(),
+                                   e.normal_dashpot,
+                                   e.tangential_dashpot,
+                                   e.sliding,
+                                   e.rolling,
+                                   e.removed_walls + e.touch,
+                                   e.external_work,
+                                   e.wall_work,
+                                   e.balance(),
+                                   m.coordination,
+                                   static_cast<double>(m.contacts),
+                                   m.largest_overlap};
+        append(values, m.centre_of_mass);
+        append(values, impulse);
+        table_.append(values);
     }
 
     void close() { archive_.close(); }
@@ -123,27 +137,17 @@ class Recorder
  private:
     static std::vector<std::string> headers()
     {
-        return {"time [s]",
-                "run_out [m]",
-                "foremost [m]",
-                "height [m]",
-                "kinetic [J/m]",
-                "rotational [J/m]",
-                "potential [J/m]",
-                "elastic [J/m]",
-                "dissipated_normal [J/m]",
-                "dissipated_tangential [J/m]",
-                "dissipated_sliding [J/m]",
-                "vanished [J/m]",
-                "fluid_work [J/m]",
-                "balance [J/m]",
-                "centre_x [m]",
-                "centre_y [m]",
-                "coordination",
-                "contacts",
-                "largest_overlap",
-                "window_impulse_x [N s/m]",  // that the fluid gave in the last window
-                "window_impulse_y [N s/m]"};
+        std::string const joule = D == 2 ? " [J/m]" : " [J]", impulse = D == 2 ? " [N s/m]" : " [N s]";
+        std::vector<std::string> names{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
+        for (auto const energy :
+             {"kinetic", "rotational", "potential", "elastic", "dissipated_normal", "dissipated_tangential",
+              "dissipated_sliding", "dissipated_rolling", "vanished", "fluid_work", "wall_work", "balance"})
+            names.push_back(energy + joule);
+        for (auto const name : {"coordination", "contacts", "largest_overlap"}) names.push_back(name);
+        for (int k = 0; k < D; ++k) names.push_back(std::string("centre_") + "xyz"[k] + " [m]");
+        for (int k = 0; k < D; ++k)  // that the fluid gave in the last window
+            names.push_back(std::string("window_impulse_") + "xyz"[k] + impulse);
+        return names;
     }
 
     sluice::PointSeries series_;
@@ -151,39 +155,67 @@ class Recorder
     sluice::Table table_;
 };
 
-//! Adds the forces that one partner sends to the grains, by id, as they are at a time of the window.
-void add_load(sluice::Load const& load, Grains& g)
+//! Where a grain of a lasting id is in the solver's arrays.
+class Finder
 {
-    for (std::size_t k = 0; k < load.id.size(); ++k) {
-        auto const i = static_cast<std::size_t>(load.id[k]);
-        sluice::require(i < g.size(), [&] {
-            return sluice::Error("a load on grain " + std::to_string(load.id[k]) + ", but there are " +
-                                     std::to_string(g.size()) + " grains.",
+ public:
+    explicit Finder(std::vector<std::int64_t> const& id) : count_(id.size())
+    {
+        for (std::size_t i = 0; i < id.size(); ++i) is_plain_ = is_plain_ && id[i] == static_cast<std::int64_t>(i);
+        if (!is_plain_)
+            for (std::size_t i = 0; i < id.size(); ++i) index_.emplace(id[i], i);
+    }
+    std::size_t operator()(std::int64_t id) const
+    {
+        if (is_plain_ && id >= 0 && static_cast<std::size_t>(id) < count_) return static_cast<std::size_t>(id);
+        auto const found = is_plain_ ? index_.end() : index_.find(id);
+        sluice::require(found != index_.end(), [&] {
+            return sluice::Error("a load on grain " + std::to_string(id) + ", which is none of the " +
+                                     std::to_string(count_) + " grains.",
                                  sluice::Exit::protocol);
         });
-        g.external_fx[i] += load.force[2 * k];
-        g.external_fy[i] += load.force[2 * k + 1];
-        g.external_torque[i] += load.torque[k];
+        return found->second;
+    }
+
+ private:
+    std::size_t count_;
+    bool is_plain_ = true;
+    std::unordered_map<std::int64_t, std::size_t> index_;
+};
+
+//! Adds the forces that one partner sends to the grains, by id, as they are at a time of the window.
+template <int D>
+void add_load(sluice::Load const& load, Finder const& find, Grains<D>& g)
+{
+    for (std::size_t k = 0; k < load.id.size(); ++k) {
+        Load<D>& to = g.external[find(load.id[k])];
+        if constexpr (D == 2) {
+            to.force += Vec2{load.force[2 * k], load.force[2 * k + 1]};
+            to.torque += load.torque[k];
+        } else {
+            to.force += Vec3{load.force[3 * k], load.force[3 * k + 1], load.force[3 * k + 2]};
+            to.torque += Vec3{load.torque[3 * k], load.torque[3 * k + 1], load.torque[3 * k + 2]};
+        }
     }
 }
 
 //! One window in equal steps of our own; the load is sampled in the middle of each. Returns the impulse that it gave to
-//! all grains [N s/m].
-Vec2 advance(Solver& solver, double step, sluice::Window const& window,
-             std::vector<sluice::Sampled<sluice::Load>>& loads)
+//! all grains [N s]; discs: per metre.
+template <int D>
+Vec<D> advance(Solver<D>& solver, double step, sluice::Window const& window, Finder const& find,
+               std::vector<sluice::Sampled<sluice::Load>>& loads)
 {
     auto const steps = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(window.length / step - 1e-9)));
     double const dt = window.length / static_cast<double>(steps);
-    Vec2 impulse{};
+    Vec<D> impulse{};
     for (std::int64_t k = 0; k < steps; ++k) {
         if (!loads.empty()) {
             auto& g = solver.grains();
-            std::fill(g.external_fx.begin(), g.external_fx.end(), 0.0);
-            std::fill(g.external_fy.begin(), g.external_fy.end(), 0.0);
-            std::fill(g.external_torque.begin(), g.external_torque.end(), 0.0);
-            for (auto& load : loads) add_load(load.at(window.begin + (static_cast<double>(k) + 0.5) * dt), g);
-            impulse.x += dt * std::accumulate(g.external_fx.begin(), g.external_fx.end(), 0.0);
-            impulse.y += dt * std::accumulate(g.external_fy.begin(), g.external_fy.end(), 0.0);
+            std::fill(g.external.begin(), g.external.end(), Load<D>{});
+            for (auto& load : loads) add_load(load.at(window.begin + (static_cast<double>(k) + 0.5) * dt), find, g);
+            Vec<D> force{};
+            for (auto const& external : g.external) force += external.force;
+            impulse += dt * force;
         }
         solver.step(dt);
     }
@@ -207,14 +239,29 @@ struct Start
     }
 };
 
-Start start_of(Config const& config, Solver const& solver)
+//! The box within a column, clear of its sides, in which its packing fraction is measured; nothing: too narrow.
+template <int D>
+std::optional<std::pair<Vec<D>, Vec<D>>> core_of(ColumnConfig const& column, Measures<D> const& m, double mean)
+{
+    bool const box = column.container == Container::box;
+    double const side = box ? m.front - mean : 0.7 * m.front;  // a square within the quarter of a circle
+    if (m.front <= 4 * mean || m.height <= 4 * mean) return std::nullopt;
+    if constexpr (D == 2)
+        return std::pair{Vec2{mean, mean}, Vec2{side, m.height - 2 * mean}};
+    else
+        return std::pair{Vec3{mean, mean, mean}, Vec3{side, box ? column.depth - mean : side, m.height - 2 * mean}};
+}
+
+template <int D>
+Start start_of(Config const& config, Solver<D> const& solver)
 {
     auto const m = measure(solver);
     Start start{m.height, m.front};
-    for (double r : solver.grains().radius) start.mean_diameter += 2 * r / static_cast<double>(solver.grains().size());
-    double const mean = start.mean_diameter;
-    if (config.column && m.front > 4 * mean)
-        start.packing_fraction = packing_fraction(solver.grains(), {mean, mean}, {m.front - mean, m.height - 2 * mean});
+    for (auto const& place : solver.grains().place)
+        start.mean_diameter += 2 * place.radius / static_cast<double>(solver.grains().size());
+    if (!config.column) return start;
+    if (auto const core = core_of<D>(*config.column, m, start.mean_diameter))
+        start.packing_fraction = packing_fraction<D>(solver.grains(), core->first, core->second);
     return start;
 }
 
@@ -235,10 +282,11 @@ std::size_t count_grains(Config const& config)
 }
 
 //! At t = 0; in a resumed run without grains: the checkpoint brings them, nothing is poured.
-Solver prepare_solver(sluice::Participant& self, Config const& config, Ledger ledger)
+template <int D>
+Solver<D> prepare_solver(sluice::Participant& self, Config const& config, Ledger ledger)
 {
-    if (self.resumes()) return {make_setup(config, ledger), {}};
-    auto const packing = prepare_packing(config, packing_cache(), [&](std::string const& line) { self.note(line); });
+    if (self.resumes()) return {make_setup<D>(config, ledger), {}};
+    auto const packing = prepare_packing<D>(config, packing_cache(), [&](std::string const& line) { self.note(line); });
     return make_solver(config, packing, ledger);
 }
 
@@ -257,21 +305,11 @@ void describe(Config const& config)
     for (auto const& warning : config.warnings) std::printf("grains: warning: %s\n", warning.c_str());
 }
 
-void take_part(sluice::Participant& self)
+template <int D>
+void run(sluice::Participant& self, Config const& config)
 {
-    self.sends({"kinematics"});
-    self.takes({"load"});
-    sluice::require(self.scene().dimension == 2, [] {
-        return sluice::Error("dem: dimension = 3 (this solver is for discs; needed: dimension: 2).");
-    });
-    auto const& gravity = self.scene().gravity;
-    Config const config = read_config(self.config(), {gravity[0], gravity[1]});
-    for (auto const& warning : config.warnings) self.warn(warning);
-    self.propose_window(steps_of_a_dry_window * config.step);
-    if (self.checking()) return describe(config);
-
     bool const ledger = self.scene().series_interval > 0;
-    Solver solver = prepare_solver(self, config, ledger ? Ledger::on : Ledger::off);
+    Solver<D> solver = prepare_solver<D>(self, config, ledger ? Ledger::on : Ledger::off);
     Start start;
     self.keeps(
         [&](sluice::State& state) {
@@ -279,43 +317,58 @@ void take_part(sluice::Participant& self)
             start.keep(state);
         },
         [&](sluice::State const& state) {
-            solver.restore(kept_state(state, solver.setup(), count_grains(config)));
+            solver.restore(kept_state<D>(state, solver.setup(), count_grains(config)));
             start = Start::kept(state);
         });
     if (!ledger) self.skipped("energy ledger", "no time series is asked for (output.series)", 1.0);
     auto const receivers = self.receivers("kinematics"), senders = self.senders("load");
     if (senders.empty()) self.skipped("fluid", "no participant sends a load: it is not started", 1.0);
 
-    Columns columns;
-    std::optional<Recorder> recorder;
+    Columns<D> columns;
+    std::optional<Recorder<D>> recorder;
     auto tell = [&] {
         columns.update(solver.grains());
-        for (auto const& to : receivers) self.write(to, columns.kinematics(solver.grains()));
+        for (auto const& to : receivers) self.write(to, columns.kinematics());
     };
     if (!self.resumes()) {
         start = start_of(config, solver);
         tell();
         recorder.emplace(self);
-        recorder->picture(0.0, columns, solver.grains());
+        recorder->picture(0.0, columns);
         recorder->row(0.0, solver, {});
     }
     sluice::Windows windows = self.windows();
     if (self.resumes()) recorder.emplace(self, self.resumed_at());
     state_facts(self, config, solver.grains().size(), start);
+    Finder const find(solver.grains().id);
     for (sluice::Window const& window : windows) {
         if (self.went_back()) recorder.emplace(self, self.resumed_at());
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
-        Vec2 const impulse = advance(solver, config.step, window, loads);
+        Vec<D> const impulse = advance(solver, config.step, window, find, loads);
         tell();
         if (iterates(self) && !self.accepted(window)) continue;
-        if (window.output) recorder->picture(window.end, columns, solver.grains());
+        if (window.output) recorder->picture(window.end, columns);
         if (window.series) recorder->row(window.end, solver, impulse);
     }
     auto const m = measure(solver);
     self.fact("final run-out [m]", m.front);
     self.fact("final height [m]", m.height);
     recorder->close();
+}
+
+void take_part(sluice::Participant& self)
+{
+    self.sends({"kinematics"});
+    self.takes({"load"});
+    auto const& gravity = self.scene().gravity;
+    int const dimension = self.scene().dimension;
+    Config const config =
+        read_config(self.config(), dimension, {gravity[0], gravity[1], dimension == 3 ? gravity[2] : 0.0});
+    for (auto const& warning : config.warnings) self.warn(warning);
+    self.propose_window(steps_of_a_dry_window * config.step);
+    if (self.checking()) return describe(config);
+    dimension == 2 ? run<2>(self, config) : run<3>(self, config);
 }
 
 }  // namespace

@@ -4,30 +4,36 @@
 
 namespace dem {
 
-Energies energies(Setup const& setup, State const& state)
+template <int D>
+Energies energies(Setup<D> const& setup, State<D> const& state)
 {
-    Grains const& g = state.grains;
+    Grains<D> const& g = state.grains;
     Energies e;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        e.kinetic_linear += 0.5 * g.mass[i] * (g.vx[i] * g.vx[i] + g.vy[i] * g.vy[i]);
-        e.kinetic_rotational += 0.5 * g.inertia[i] * g.spin[i] * g.spin[i];
-        e.potential -= g.mass[i] * (setup.gravity.x * g.x[i] + setup.gravity.y * g.y[i]);
+        e.kinetic_linear += 0.5 * g.mass[i] * dot(g.motion[i].velocity, g.motion[i].velocity);
+        e.kinetic_rotational += 0.5 * g.inertia[i] * dot(g.motion[i].spin, g.motion[i].spin);
+        e.potential -= g.mass[i] * dot(setup.gravity, g.place[i].centre);
     }
-    Elastic elastic = elastic_energy_of_pairs(setup, state);
-    for (std::size_t w = 0; w < setup.walls.size(); ++w) {
-        Elastic const wall = elastic_energy_of_wall(setup, state, w);
-        elastic.normal += wall.normal;
-        elastic.tangential += wall.tangential;
-    }
-    e.elastic_normal = elastic.normal;
-    e.elastic_tangential = elastic.tangential;
-    e.normal_dashpot = state.booked.normal_dashpot;
-    e.tangential_dashpot = state.booked.tangential_dashpot;
-    e.sliding = state.booked.sliding;
-    e.removed_walls = state.booked.removed_walls;
-    e.touch = state.booked.touch;
-    e.external_work = state.booked.external_work;
+    auto const add = [&](Elastic const& elastic) {
+        e.elastic_normal += elastic.normal;
+        e.elastic_tangential += elastic.tangential;
+        e.elastic_rolling += elastic.rolling;
+    };
+    add(elastic_energy_of_pairs(setup, state));
+    for (std::size_t w = 0; w < setup.walls.size(); ++w) add(elastic_energy_of_wall(setup, state, w));
+    Booked const& b = state.booked;
+    e.normal_dashpot = b.normal_dashpot;
+    e.tangential_dashpot = b.tangential_dashpot;
+    e.sliding = b.sliding;
+    e.rolling = b.rolling;
+    e.removed_walls = b.removed_walls;
+    e.touch = b.touch;
+    e.external_work = b.external_work;
+    e.wall_work = b.wall_work;
     return e;
 }
+
+template Energies energies<2>(Setup<2> const&, State<2> const&);
+template Energies energies<3>(Setup<3> const&, State<3> const&);
 
 }  // namespace dem

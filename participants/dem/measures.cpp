@@ -27,13 +27,17 @@ class Sets
     std::vector<std::size_t> parent_;
 };
 
-double mean_diameter(Grains const& g)
+template <int D>
+double mean_diameter(Grains<D> const& g)
 {
-    return 2.0 * std::accumulate(g.radius.begin(), g.radius.end(), 0.0) / static_cast<double>(g.size());
+    double sum = 0.0;
+    for (auto const& place : g.place) sum += place.radius;
+    return 2.0 * sum / static_cast<double>(g.size());
 }
 
 //! For each grain whether it belongs to the largest linked set.
-std::vector<bool> main_mass(Grains const& g)
+template <int D>
+std::vector<bool> main_mass(Grains<D> const& g)
 {
     std::vector<std::uint32_t> first, other;
     find_pairs(g, 0.1 * mean_diameter(g), first, other);
@@ -48,32 +52,35 @@ std::vector<bool> main_mass(Grains const& g)
     return belongs;
 }
 
-double wall_overlap(Grains const& g, Wall const& wall, std::size_t i)
+template <int D>
+void measure_contacts(Solver<D> const& solver, Measures<D>& m)
 {
-    return g.radius[i] - dot(Vec2{g.x[i], g.y[i]} - wall.point, wall.normal);
-}
-
-void measure_contacts(Solver const& solver, Measures& m)
-{
-    Grains const& g = solver.grains();
-    Pairs const& pairs = solver.state().pairs;
+    Grains<D> const& g = solver.grains();
+    Pairs<D> const& pairs = solver.state().pairs;
     std::vector<std::size_t> touching(g.size(), 0);
     for (std::size_t i = 0; i < g.size(); ++i)
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
             std::size_t const j = pairs.other[slot];
-            double const reach = g.radius[i] + g.radius[j];
-            double const overlap = reach - std::hypot(g.x[i] - g.x[j], g.y[i] - g.y[j]);
+            double const reach = g.place[i].radius + g.place[j].radius;
+            double const overlap = reach - norm(g.place[i].centre - g.place[j].centre);
             if (overlap <= 0.0) continue;
             ++m.contacts, ++touching[i], ++touching[j];
             m.largest_overlap = std::max(m.largest_overlap, overlap / reach);
         }
     for (std::size_t w = 0; w < solver.setup().walls.size(); ++w)
-        for (std::uint32_t i : solver.state().wall_contacts[w].grain) {
-            double const overlap = wall_overlap(g, solver.setup().walls[w], i);
-            if (overlap <= 0.0) continue;
-            ++m.contacts, ++touching[i];
-            m.largest_overlap = std::max(m.largest_overlap, overlap / (2.0 * g.radius[i]));
-        }
+        std::visit(
+            [&](auto const& shape) {
+                auto const& wall = solver.state().walls[w];
+                for (std::size_t k = 0; k < wall.grain.size(); ++k) {
+                    auto const& place = g.place[wall.grain[k]];
+                    double const overlap =
+                        place.radius - shape.facing(place.centre - wall.shift, wall.facet[k]).distance;
+                    if (overlap <= 0.0) continue;
+                    ++m.contacts, ++touching[wall.grain[k]];
+                    m.largest_overlap = std::max(m.largest_overlap, overlap / (2.0 * place.radius));
+                }
+            },
+            solver.setup().walls[w].shape);
     std::size_t sum = 0;
     for (std::size_t count : touching) {
         if (count < 2)
@@ -85,66 +92,77 @@ void measure_contacts(Solver const& solver, Measures& m)
     m.coordination = bearing > 0 ? static_cast<double>(sum) / static_cast<double>(bearing) : 0.0;
 }
 
+//! Area of a disc within a rectangle [m2]: strips, each clipped exactly in y.
+double clipped(Vec2 centre, double radius, Vec2 lower, Vec2 upper)
+{
+    constexpr int strips = 64;
+    double area = 0.0;
+    for (int s = 0; s < strips; ++s) {
+        double const offset = radius * ((s + 0.5) * 2.0 / strips - 1.0), x = centre.x + offset;
+        if (x < lower.x || x > upper.x) continue;
+        double const half = std::sqrt(radius * radius - offset * offset);
+        double const length = std::min(upper.y, centre.y + half) - std::max(lower.y, centre.y - half);
+        area += std::max(0.0, length) * 2.0 * radius / strips;
+    }
+    return area;
+}
+
+//! Volume of a sphere within a box [m3]: slices along x, each a clipped disc.
+double clipped(Vec3 centre, double radius, Vec3 lower, Vec3 upper)
+{
+    constexpr int slices = 64;
+    double volume = 0.0;
+    for (int s = 0; s < slices; ++s) {
+        double const offset = radius * ((s + 0.5) * 2.0 / slices - 1.0), x = centre.x + offset;
+        if (x < lower.x || x > upper.x) continue;
+        double const disc = std::sqrt(radius * radius - offset * offset);
+        volume +=
+            clipped(Vec2{centre.y, centre.z}, disc, {lower.y, lower.z}, {upper.y, upper.z}) * 2.0 * radius / slices;
+    }
+    return volume;
+}
+
 }  // namespace
 
-Measures measure(Solver const& solver)
+template <int D>
+Measures<D> measure(Solver<D> const& solver)
 {
-    Grains const& g = solver.grains();
-    Measures m;
+    Grains<D> const& g = solver.grains();
+    Measures<D> m;
     if (g.size() == 0) return m;
     auto const belongs = main_mass(g);
     double const back = 2.0 * mean_diameter(g);
     double mass = 0.0;
-    Vec2 moment;
+    Vec<D> moment;
     m.front = m.foremost = -INFINITY;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        double const right = g.x[i] + g.radius[i];
+        auto const& [centre, radius] = g.place[i];
+        double const right = centre.x + radius;
         m.foremost = std::max(m.foremost, right);
         if (belongs[i]) m.front = std::max(m.front, right);
-        if (belongs[i] && g.x[i] < back) m.height = std::max(m.height, g.y[i] + g.radius[i]);
-        m.kinetic +=
-            0.5 * g.mass[i] * (g.vx[i] * g.vx[i] + g.vy[i] * g.vy[i]) + 0.5 * g.inertia[i] * g.spin[i] * g.spin[i];
+        if (belongs[i] && centre.x < back) m.height = std::max(m.height, up(centre) + radius);
+        m.kinetic += 0.5 * g.mass[i] * dot(g.motion[i].velocity, g.motion[i].velocity) +
+                     0.5 * g.inertia[i] * dot(g.motion[i].spin, g.motion[i].spin);
         mass += g.mass[i];
-        moment = moment + g.mass[i] * Vec2{g.x[i], g.y[i]};
+        moment += g.mass[i] * centre;
     }
     m.centre_of_mass = (1.0 / mass) * moment;
     measure_contacts(solver, m);
     return m;
 }
 
-double packing_fraction(Grains const& g, Vec2 lower, Vec2 upper)
+template <int D>
+double packing_fraction(Grains<D> const& g, Vec<D> lower, Vec<D> upper)
 {
-    double area = 0.0;
-    constexpr int strips = 64;  // of a disc; each is clipped exactly in y
-    for (std::size_t i = 0; i < g.size(); ++i)
-        for (int s = 0; s < strips; ++s) {
-            double const offset = g.radius[i] * ((s + 0.5) * 2.0 / strips - 1.0), x = g.x[i] + offset;
-            if (x < lower.x || x > upper.x) continue;
-            double const half = std::sqrt(g.radius[i] * g.radius[i] - offset * offset);
-            double const length = std::min(upper.y, g.y[i] + half) - std::max(lower.y, g.y[i] - half);
-            area += std::max(0.0, length) * 2.0 * g.radius[i] / strips;
-        }
-    return area / ((upper.x - lower.x) * (upper.y - lower.y));
+    double volume = 0.0, box = 1.0;
+    for (auto const& [centre, radius] : g.place) volume += clipped(centre, radius, lower, upper);
+    for (int k = 0; k < D; ++k) box *= component(upper - lower, k);
+    return volume / box;
 }
 
-Vec2 wall_reaction(Solver const& solver, std::size_t w)
-{
-    Grains const& g = solver.grains();
-    Wall const& wall = solver.setup().walls[w];
-    WallContacts const& contacts = solver.state().wall_contacts[w];
-    TangentialForce const& law = wall.tangential_force;
-    Vec2 sum;
-    for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
-        std::size_t const i = contacts.grain[k];
-        double const overlap = wall_overlap(g, wall, i), sqrt_mass = std::sqrt(g.mass[i]);
-        if (overlap <= 0.0) continue;
-        Vec2 const velocity{g.vx[i], g.vy[i]}, tangent = tangent_of(wall.normal);
-        double const normal = wall.normal_force(overlap, -dot(velocity, wall.normal), sqrt_mass);
-        double const slip = dot(velocity, tangent) - g.radius[i] * g.spin[i];
-        double const tangential = law.stiffness * contacts.spring[k] + law.damping * sqrt_mass * slip;
-        sum = sum + normal * wall.normal - tangential * tangent;
-    }
-    return sum;
-}
+template Measures<2> measure<2>(Solver<2> const&);
+template Measures<3> measure<3>(Solver<3> const&);
+template double packing_fraction<2>(Grains<2> const&, Vec<2>, Vec<2>);
+template double packing_fraction<3>(Grains<3> const&, Vec<3>, Vec<3>);
 
 }  // namespace dem

@@ -1,6 +1,7 @@
 #include "participants/dem/neighbours.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
@@ -11,157 +12,269 @@
 namespace dem {
 namespace {
 
-//! Grains sorted by cell: those of cell c are member[begin[c]]..member[begin[c+1]], ids ascending.
-struct Grid
+//! Grains of similar size sorted by cell: those of cell c are member[begin[c]]..member[begin[c+1]], ascending.
+template <int D>
+class Grid
 {
-    double x0, y0, inverse_cell;
-    std::size_t columns, rows;
-    std::vector<std::uint32_t> begin, member;
-
-    std::size_t column(double x) const
+ public:
+    //! Of the grains in `members`, whose largest radius is `largest`.
+    Grid(Grains<D> const& g, std::vector<std::uint32_t> const& members, double largest, double reach)
+        : cell_(2.0 * largest + reach)
     {
-        return std::min(columns - 1, static_cast<std::size_t>((x - x0) * inverse_cell));
+        Vec<D> high{};
+        for (int k = 0; k < D; ++k) {
+            component<D>(low_, k) = INFINITY;
+            component<D>(high, k) = -INFINITY;
+        }
+        for (std::uint32_t const i : members)
+            for (int k = 0; k < D; ++k) {
+                double const x = component(g.place[i].centre, k);
+                component<D>(low_, k) = std::min(component(low_, k), x);
+                component<D>(high, k) = std::max(component(high, k), x);
+            }
+        double const most =
+            4.0 * static_cast<double>(members.size()) + 64.0;  // a few flung grains must not cost memory
+        auto const cells = [&] {
+            double product = 1.0;
+            for (int k = 0; k < D; ++k) product *= component(high - low_, k) / cell_ + 1.0;
+            return product;
+        };
+        while (cells() > most) cell_ *= 2.0;
+        std::size_t all = 1;
+        for (std::size_t k = 0; k < D; ++k) {
+            count_[k] = static_cast<std::ptrdiff_t>(component(high - low_, static_cast<int>(k)) / cell_) + 1;
+            all *= static_cast<std::size_t>(count_[k]);
+        }
+        begin_.assign(all + 1, 0);
+        member_.resize(members.size());
+        std::vector<std::uint32_t> home(members.size());
+        for (std::size_t n = 0; n < members.size(); ++n) {
+            auto const at = cell_of(g.place[members[n]].centre);
+            std::ptrdiff_t index = 0;
+            for (std::size_t k = D; k-- > 0;)
+                index = index * count_[k] + std::clamp<std::ptrdiff_t>(at[k], 0, count_[k] - 1);
+            home[n] = static_cast<std::uint32_t>(index);
+            ++begin_[home[n] + 1];
+        }
+        for (std::size_t c = 0; c < all; ++c) begin_[c + 1] += begin_[c];
+        std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+        for (std::size_t n = 0; n < members.size(); ++n) member_[next[home[n]]++] = members[n];
     }
-    std::size_t row(double y) const { return std::min(rows - 1, static_cast<std::size_t>((y - y0) * inverse_cell)); }
+
+    //! Calls visit(j) for all grains in the cells around a point that a grain within `distance` <= one cell may be in.
+    template <class Visit>
+    void around(Vec<D> point, double distance, Visit&& visit) const
+    {
+        std::array<std::ptrdiff_t, 3> low{0, 0, 0}, high{0, 0, 0};
+        Vec<D> edge;
+        for (int k = 0; k < D; ++k) component<D>(edge, k) = distance;
+        auto const from = cell_of(point - edge), to = cell_of(point + edge);
+        for (std::size_t k = 0; k < D; ++k) {
+            low[k] = std::max<std::ptrdiff_t>(from[k], 0);
+            high[k] = std::min<std::ptrdiff_t>(to[k], count_[k] - 1);
+            if (low[k] > high[k]) return;
+        }
+        for (std::ptrdiff_t z = low[2]; z <= high[2]; ++z)
+            for (std::ptrdiff_t y = low[1]; y <= high[1]; ++y) {
+                std::ptrdiff_t const row = (z * count_[1] + y) * count_[0];  // the cells of a row are contiguous
+                std::uint32_t const end = begin_[static_cast<std::size_t>(row + high[0] + 1)];
+                for (std::uint32_t k = begin_[static_cast<std::size_t>(row + low[0])]; k < end; ++k) visit(member_[k]);
+            }
+    }
+
+ private:
+    std::array<std::ptrdiff_t, D> cell_of(Vec<D> point) const
+    {
+        constexpr double far = 1e15;  // beyond any grid, within the integers
+        std::array<std::ptrdiff_t, D> at;
+        for (std::size_t k = 0; k < D; ++k)
+            at[k] = static_cast<std::ptrdiff_t>(
+                std::clamp(std::floor(component(point - low_, static_cast<int>(k)) / cell_), -far, far));
+        return at;
+    }
+
+    double cell_;
+    Vec<D> low_;
+    std::array<std::ptrdiff_t, 3> count_{1, 1, 1};
+    std::vector<std::uint32_t> begin_, member_;
 };
 
-Grid make_grid(Grains const& g, double reach)
+//! Grains by size: level 0 holds the smallest; the radii of a level differ by less than a factor of two.
+template <int D>
+std::vector<std::vector<std::uint32_t>> by_size(Grains<D> const& g, std::vector<std::uint8_t>& level)
 {
-    auto const [left, right] = std::minmax_element(g.x.begin(), g.x.end());
-    auto const [bottom, top] = std::minmax_element(g.y.begin(), g.y.end());
-    double cell = 2.0 * *std::max_element(g.radius.begin(), g.radius.end()) + reach;
-    double const width = *right - *left, height = *top - *bottom;
-    double const most = 4.0 * static_cast<double>(g.size()) + 64.0;  // cells: a few flung grains must not cost memory
-    while ((width / cell + 1.0) * (height / cell + 1.0) > most) cell *= 2.0;
-
-    Grid grid{*left,
-              *bottom,
-              1.0 / cell,
-              static_cast<std::size_t>(width / cell) + 1,
-              static_cast<std::size_t>(height / cell) + 1,
-              {},
-              {}};
-    grid.begin.assign(grid.columns * grid.rows + 1, 0);
-    grid.member.resize(g.size());
-    std::vector<std::uint32_t> home(g.size());
+    double smallest = INFINITY;
+    for (auto const& place : g.place) smallest = std::min(smallest, place.radius);
+    std::vector<std::vector<std::uint32_t>> levels;
+    level.resize(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) {
-        home[i] = static_cast<std::uint32_t>(grid.row(g.y[i]) * grid.columns + grid.column(g.x[i]));
-        ++grid.begin[home[i] + 1];
+        auto const l = static_cast<std::size_t>(std::log2(g.place[i].radius / smallest));
+        if (l >= levels.size()) levels.resize(l + 1);
+        level[i] = static_cast<std::uint8_t>(l);
+        levels[l].push_back(static_cast<std::uint32_t>(i));
     }
-    for (std::size_t c = 0; c + 1 < grid.begin.size(); ++c) grid.begin[c + 1] += grid.begin[c];
-    std::vector<std::uint32_t> next(grid.begin.begin(), grid.begin.end() - 1);
-    for (std::size_t i = 0; i < g.size(); ++i) grid.member[next[home[i]]++] = static_cast<std::uint32_t>(i);
-    return grid;
+    return levels;
 }
 
-void check_finite(State const& state)
+template <int D>
+void check_finite(State<D> const& state)
 {
     for (std::size_t i = 0; i < state.grains.size(); ++i)
-        sluice::require(std::isfinite(state.grains.x[i]) && std::isfinite(state.grains.y[i]), [&] {
-            return sluice::Error("dem: grain " + std::to_string(i) +
+        sluice::require(std::isfinite(norm(state.grains.place[i].centre)), [&] {
+            return sluice::Error("dem: grain " + std::to_string(state.grains.id[i]) +
                                      " has no finite position at t = " + std::to_string(state.time) + " s, step " +
                                      std::to_string(state.steps) + " (must be finite). Try a smaller step.",
                                  sluice::Exit::numerical);
         });
 }
 
-//! Copies the springs of the pairs that both lists hold; both rows of a grain are ascending.
-void carry_springs(Pairs const& old, Pairs& pairs)
+//! An empty history of so many contacts.
+template <int D>
+History<D> history_of(Features const& features, std::size_t contacts)
 {
-    for (std::size_t i = 0; i + 1 < old.first.size(); ++i) {
-        std::uint32_t from = old.first[i];
-        for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
-            while (from < old.first[i + 1] && old.other[from] < pairs.other[slot]) ++from;
-            if (from < old.first[i + 1] && old.other[from] == pairs.other[slot]) pairs.spring[slot] = old.spring[from];
-        }
-    }
+    History<D> history;
+    if (features.friction) history.friction.assign(contacts, {});
+    if (features.rolling == Rolling::elastic_plastic) history.rolling.assign(contacts, {});
+    if (features.ledger) history.lossy.assign(contacts, {});
+    return history;
 }
 
-void rebuild_pairs(Setup const& setup, State& state)
+template <int D>
+void copy_entry(History<D> const& from, std::size_t a, History<D>& to, std::size_t b)
 {
-    Pairs pairs;
+    if (!from.friction.empty()) to.friction[b] = from.friction[a];
+    if (!from.rolling.empty()) to.rolling[b] = from.rolling[a];
+    if (!from.lossy.empty()) to.lossy[b] = from.lossy[a];
+}
+
+template <int D>
+void rebuild_pairs(Setup<D> const& setup, State<D>& state)
+{
+    Pairs<D> const& old = state.pairs;
+    Pairs<D> pairs;
     find_pairs(state.grains, setup.skin, pairs.first, pairs.other);
-    pairs.spring.assign(pairs.other.size(), 0.0);
+    pairs.history = history_of<D>(setup.features, pairs.other.size());
     pairs.sqrt_mass.resize(pairs.other.size());
-    if (setup.features.ledger) {
-        pairs.lossy_n.assign(pairs.other.size(), 0.0);
-        pairs.lossy_t.assign(pairs.other.size(), 0.0);
-        pairs.slides.assign(pairs.other.size(), 0);
-    }
     auto const& mass = state.grains.mass;
-    for (std::size_t i = 0; i < mass.size(); ++i)
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+        std::uint32_t from = old.first.empty() ? 0 : old.first[i];
+        std::uint32_t const end = old.first.empty() ? 0 : old.first[i + 1];
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
             double const other = mass[pairs.other[slot]];
-            pairs.sqrt_mass[slot] = std::sqrt(mass[i] * other / (mass[i] + other));
+            pairs.sqrt_mass[slot] = setup.absolute_damping ? 1.0 : std::sqrt(mass[i] * other / (mass[i] + other));
+            while (from < end && old.other[from] < pairs.other[slot]) ++from;  // both rows are ascending
+            if (from < end && old.other[from] == pairs.other[slot]) copy_entry(old.history, from, pairs.history, slot);
         }
-    if (setup.features.friction) carry_springs(state.pairs, pairs);
+    }
     state.pairs = std::move(pairs);
 }
 
-void rebuild_wall(Wall const& wall, Setup const& setup, State const& state, WallContacts& contacts)
+template <int D>
+void rebuild_wall(Wall<D> const& wall, Setup<D> const& setup, State<D> const& state, WallContacts<D>& contacts)
 {
-    Grains const& g = state.grains;
-    WallContacts fresh;
+    Grains<D> const& g = state.grains;
+    WallContacts<D> fresh = contacts;
+    fresh.built_shift = contacts.shift;
+    fresh.grain.clear();
+    fresh.facet.clear();
+    std::vector<std::size_t> known;  // where the history of a contact is, if it has one
     std::size_t from = 0;
-    for (std::size_t i = 0; contacts.active && i < g.size(); ++i) {
-        double const distance = dot(Vec2{g.x[i], g.y[i]} - wall.point, wall.normal);
-        if (distance - g.radius[i] >= setup.skin) continue;
-        sluice::require(distance > 0.0, [&] {
-            return sluice::Error("dem: the centre of grain " + std::to_string(i) + " is behind wall \"" + wall.name +
-                                     "\" at t = " + std::to_string(state.time) + " s, step " +
-                                     std::to_string(state.steps) +
-                                     " (must stay on the side its normal points to). Try a larger normal_stiffness.",
-                                 sluice::Exit::numerical);
-        });
-        while (from < contacts.grain.size() && contacts.grain[from] < i) ++from;
-        bool const known = from < contacts.grain.size() && contacts.grain[from] == i;
-        fresh.grain.push_back(static_cast<std::uint32_t>(i));
-        fresh.spring.push_back(known ? contacts.spring[from] : 0.0);
-    }
-    fresh.active = contacts.active;
-    if (setup.features.ledger) {
-        fresh.lossy_n.assign(fresh.grain.size(), 0.0);
-        fresh.lossy_t.assign(fresh.grain.size(), 0.0);
-        fresh.slides.assign(fresh.grain.size(), 0);
-    }
+    auto const look = [&](auto const& shape) {
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift, 0);
+            if (at.distance - g.place[i].radius >= setup.skin) continue;
+            sluice::require(at.distance > 0.0, [&] {
+                return sluice::Error(
+                    "dem: the centre of grain " + std::to_string(g.id[i]) + " is behind wall \"" + wall.name +
+                        "\" at t = " + std::to_string(state.time) + " s, step " + std::to_string(state.steps) +
+                        " (must stay on the side its normal points to). Try a larger normal_stiffness.",
+                    sluice::Exit::numerical);
+            });
+            while (from < contacts.grain.size() && contacts.grain[from] < i) ++from;
+            known.push_back(from < contacts.grain.size() && contacts.grain[from] == i ? from : contacts.grain.size());
+            fresh.grain.push_back(static_cast<std::uint32_t>(i));
+            fresh.facet.push_back(0);
+        }
+    };
+    if (contacts.active) std::visit(look, wall.shape);
+    fresh.history = history_of<D>(setup.features, fresh.grain.size());
+    for (std::size_t k = 0; k < known.size(); ++k)
+        if (known[k] < contacts.grain.size()) copy_entry(contacts.history, known[k], fresh.history, k);
     contacts = std::move(fresh);
 }
 
 }  // namespace
 
-void find_pairs(Grains const& g, double reach, std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& other)
+template <int D>
+void find_pairs(Grains<D> const& g, double reach, std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& other)
 {
     first.assign(g.size() + 1, 0);
     other.clear();
     if (g.size() == 0) return;
-    Grid const grid = make_grid(g, reach);
+    std::vector<std::uint8_t> level;
+    auto const levels = by_size(g, level);
+    std::vector<Grid<D>> grids;
+    std::vector<double> largest;
+    for (auto const& members : levels) {
+        double radius = 0.0;
+        for (std::uint32_t const i : members) radius = std::max(radius, g.place[i].radius);
+        largest.push_back(radius);
+        if (members.empty()) radius = g.place[0].radius;
+        grids.emplace_back(g, members, radius, reach);
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> larger;  // (lower, higher) index, of different levels
     for (std::size_t i = 0; i < g.size(); ++i) {
-        std::size_t const row = grid.row(g.y[i]), column = grid.column(g.x[i]);
-        std::size_t const left = column > 0 ? column - 1 : 0, right = std::min(column + 1, grid.columns - 1);
+        Place<D> const place = g.place[i];
         auto const start = static_cast<std::ptrdiff_t>(other.size());
-        for (std::size_t r = row > 0 ? row - 1 : 0; r <= std::min(row + 1, grid.rows - 1); ++r) {
-            std::size_t const end = grid.begin[r * grid.columns + right + 1];  // the cells of a row are contiguous
-            for (std::size_t k = grid.begin[r * grid.columns + left]; k < end; ++k) {
-                std::uint32_t const j = grid.member[k];
-                double const dx = g.x[i] - g.x[j], dy = g.y[i] - g.y[j], near = g.radius[i] + g.radius[j] + reach;
-                if (j > i && dx * dx + dy * dy < near * near) other.push_back(j);
-            }
-        }
+        auto const is_near = [&](std::uint32_t j) {
+            Vec<D> const apart = place.centre - g.place[j].centre;
+            double const near = place.radius + g.place[j].radius + reach;
+            return dot(apart, apart) < near * near;
+        };
+        grids[level[i]].around(place.centre, place.radius + largest[level[i]] + reach, [&](std::uint32_t j) {
+            if (j > i && is_near(j)) other.push_back(j);
+        });
+        for (std::size_t l = level[i] + 1u; l < levels.size(); ++l)
+            if (!levels[l].empty())
+                grids[l].around(place.centre, place.radius + largest[l] + reach, [&](std::uint32_t j) {
+                    auto const self = static_cast<std::uint32_t>(i);
+                    if (is_near(j)) larger.emplace_back(std::min(self, j), std::max(self, j));
+                });
         std::sort(other.begin() + start, other.end());
         first[i + 1] = static_cast<std::uint32_t>(other.size());
     }
+    if (larger.empty()) return;
+    std::sort(larger.begin(), larger.end());
+    std::vector<std::uint32_t> merged;
+    merged.reserve(other.size() + larger.size());
+    auto next = larger.begin();
+    std::uint32_t begin = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        auto const start = static_cast<std::ptrdiff_t>(merged.size());
+        merged.insert(merged.end(), other.begin() + begin, other.begin() + first[i + 1]);
+        for (; next != larger.end() && next->first == i; ++next) merged.push_back(next->second);
+        std::sort(merged.begin() + start, merged.end());
+        begin = first[i + 1];
+        first[i + 1] = static_cast<std::uint32_t>(merged.size());
+    }
+    other = std::move(merged);
 }
 
-void rebuild_lists(Setup const& setup, State& state)
+template <int D>
+void rebuild_lists(Setup<D> const& setup, State<D>& state)
 {
     check_finite(state);
     rebuild_pairs(setup, state);
-    state.wall_contacts.resize(setup.walls.size());
-    for (std::size_t w = 0; w < setup.walls.size(); ++w)
-        rebuild_wall(setup.walls[w], setup, state, state.wall_contacts[w]);
-    state.built_x = state.grains.x;
-    state.built_y = state.grains.y;
+    state.walls.resize(setup.walls.size());
+    for (std::size_t w = 0; w < setup.walls.size(); ++w) rebuild_wall(setup.walls[w], setup, state, state.walls[w]);
+    state.built.resize(state.grains.size());
+    for (std::size_t i = 0; i < state.grains.size(); ++i) state.built[i] = state.grains.place[i].centre;
     ++state.rebuilds;
 }
+
+template void find_pairs<2>(Grains<2> const&, double, std::vector<std::uint32_t>&, std::vector<std::uint32_t>&);
+template void find_pairs<3>(Grains<3> const&, double, std::vector<std::uint32_t>&, std::vector<std::uint32_t>&);
+template void rebuild_lists<2>(Setup<2> const&, State<2>&);
+template void rebuild_lists<3>(Setup<3> const&, State<3>&);
 
 }  // namespace dem

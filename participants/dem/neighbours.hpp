@@ -8,13 +8,17 @@
 
 namespace dem {
 
-//! Finds all pairs (i < j) with a gap below `reach` [m], ascending, through a grid of square cells of one largest
-//! diameter + reach. Cost O(N) for sizes within a factor of a few. Positions must be finite (asserted).
-void find_pairs(Grains const& grains, double reach, std::vector<std::uint32_t>& first,
+//! Finds all pairs (i < j) with a gap below `reach` [m], ascending. Grains are sorted by size into levels of a factor
+//! of two, each with a grid of cells of its largest diameter + reach; a grain looks into the grids of its own and of
+//! larger sizes. Cost O(N) also for wide ranges of sizes. Positions must be finite (asserted).
+//! Source: hierarchical grids as Ogarko and Luding, Comput. Phys. Commun. 183 (2012) 931.
+template <int D>
+void find_pairs(Grains<D> const& grains, double reach, std::vector<std::uint32_t>& first,
                 std::vector<std::uint32_t>& other);
 
-//! Rebuilds the neighbour lists of pairs and walls from the current positions; springs are carried over by pair.
+//! Rebuilds the neighbour lists of pairs and walls from the current positions; histories are carried over by pair.
 //! Throws sluice::Error (numerical) naming the first grain whose position is not finite or behind a wall.
-void rebuild_lists(Setup const& setup, State& state);
+template <int D>
+void rebuild_lists(Setup<D> const& setup, State<D>& state);
 
 }  // namespace dem

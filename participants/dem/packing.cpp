@@ -9,7 +9,6 @@
 
 #include "participants/dem/packing_file.hpp"
 #include "participants/dem/random.hpp"
-#include "participants/dem/restitution.hpp"
 #include "participants/dem/setup.hpp"
 #include "participants/dem/solver.hpp"
 
@@ -32,51 +31,79 @@ void say(Progress const& progress, char const* stage, double time, double ratio)
     progress(text);
 }
 
-//! Grains on a grid of cells of one largest diameter, each at a random place in its cell; lowest rows first.
-Grains loose_grains(Config const& config)
+//! Whether a grain of this radius lies within a column's container.
+template <int D>
+bool fits(Setup<D> const& setup, Vec<D> centre, double radius)
 {
-    Random random(config.column->seed);
+    for (Wall<D> const& wall : setup.walls) {
+        auto const at = std::visit([&](auto const& shape) { return shape.facing(centre, 0); }, wall.shape);
+        if (at.distance < radius) return false;
+    }
+    return true;
+}
+
+//! Grains on a grid of cells of one largest diameter, each at a random place in its cell; lowest rows first. Cells that
+//! are not wholly within the container stay empty.
+template <int D>
+Grains<D> loose_grains(Config const& config, Setup<D> const& setup)
+{
+    ColumnConfig const& column = *config.column;
+    Random random(column.seed);
     double const width = column_width(config), pitch = 1.02 * config.diameter_max;
-    auto const columns = std::max<std::int64_t>(1, static_cast<std::int64_t>(width / pitch));
-    double const cell = width / static_cast<double>(columns);
-    Grains grains;
-    for (std::int64_t i = 0; i < config.column->count; ++i) {
+    double const left = column.container == Container::cylinder ? -width : 0.0;
+    double const depth = D == 2 ? 0.0 : column.container == Container::box ? column.depth : width - left;
+    auto const cells = [&](double length) {
+        return std::max<std::int64_t>(1, static_cast<std::int64_t>(length / pitch));
+    };
+    std::int64_t const columns = cells(width - left), rows = D == 2 ? 1 : cells(depth);
+    double const cell_x = (width - left) / static_cast<double>(columns), cell_y = depth / static_cast<double>(rows);
+    double const front = column.container == Container::box ? 0.0 : left;
+    Grains<D> grains;
+    for (std::int64_t k = 0; static_cast<std::int64_t>(grains.size()) < column.count; ++k) {
+        double const x0 = left + static_cast<double>(k % columns) * cell_x;
+        double const y0 = front + static_cast<double>(k / columns % rows) * cell_y;
+        double const up0 = static_cast<double>(k / columns / rows) * pitch;
         double const radius = 0.5 * random.uniform(config.diameter_min, config.diameter_max);
-        double const x = static_cast<double>(i % columns) * cell + random.uniform(radius, cell - radius);
-        double const y = static_cast<double>(i / columns) * pitch + random.uniform(radius, pitch - radius);
-        grains.add({x, y}, radius, config.density);
+        double const x = x0 + random.uniform(radius, cell_x - radius);
+        Vec<D> centre;
+        if constexpr (D == 2) {
+            centre = {x, up0 + random.uniform(radius, pitch - radius)};
+        } else {
+            double const y = y0 + random.uniform(radius, cell_y - radius);
+            centre = {x, y, up0 + random.uniform(radius, pitch - radius)};
+        }
+        if (fits(setup, centre, radius)) grains.add(centre, radius, config.density);
     }
     return grains;
 }
 
 //! Kinetic energy over sum m g d_mean [-].
-double kinetic_ratio(Solver const& solver, Config const& config)
+template <int D>
+double kinetic_ratio(Solver<D> const& solver, Config const& config)
 {
-    Grains const& g = solver.grains();
+    Grains<D> const& g = solver.grains();
     double kinetic = 0.0, mass = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        kinetic +=
-            0.5 * g.mass[i] * (g.vx[i] * g.vx[i] + g.vy[i] * g.vy[i]) + 0.5 * g.inertia[i] * g.spin[i] * g.spin[i];
+        kinetic += 0.5 * g.mass[i] * dot(g.motion[i].velocity, g.motion[i].velocity) +
+                   0.5 * g.inertia[i] * dot(g.motion[i].spin, g.motion[i].spin);
         mass += g.mass[i];
     }
-    double const gravity = std::hypot(config.gravity.x, config.gravity.y);
-    return kinetic / (mass * gravity * 0.5 * (config.diameter_min + config.diameter_max));
+    return kinetic / (mass * norm(config.gravity) * 0.5 * (config.diameter_min + config.diameter_max));
 }
 
 //! `rate` [1/s]: external force -rate m v on every grain.
-void step_with_drag(Solver& solver, double dt, double rate)
+template <int D>
+void step_with_drag(Solver<D>& solver, double dt, double rate)
 {
-    Grains& g = solver.grains();
-    for (std::size_t i = 0; i < g.size(); ++i) {
-        g.external_fx[i] = -rate * g.mass[i] * g.vx[i];
-        g.external_fy[i] = -rate * g.mass[i] * g.vy[i];
-        g.external_torque[i] = -rate * g.inertia[i] * g.spin[i];
-    }
+    Grains<D>& g = solver.grains();
+    for (std::size_t i = 0; i < g.size(); ++i)
+        g.external[i] = {(-rate * g.mass[i]) * g.motion[i].velocity, (-rate * g.inertia[i]) * g.motion[i].spin};
     solver.step(dt);
 }
 
 //! Steps until the kinetic ratio has been below `enough` at `checks` checks in a row; at most until `limit` [s] more.
-double run_until(Solver& solver, Config const& config, Progress const& progress, char const* stage, double dt,
+template <int D>
+double run_until(Solver<D>& solver, Config const& config, Progress const& progress, char const* stage, double dt,
                  double drag, double enough, int checks, double limit)
 {
     double const end = solver.time() + limit, every = limit / 100.0;  // [s] between checks
@@ -94,51 +121,68 @@ double run_until(Solver& solver, Config const& config, Progress const& progress,
 
 }  // namespace
 
-Packing pour_packing(Config const& config, Progress const& progress)
+template <int D>
+Packing<D> pour_packing(Config const& config, Progress const& progress)
 {
-    Config dry = config;  // buoyancy and gates belong to the run
+    Config dry = config;  // buoyancy, gates and moving walls belong to the run
     dry.fluid_density = 0.0;
-    for (WallConfig& wall : dry.walls) wall.removed_at = std::numeric_limits<double>::infinity();
+    dry.scheme = Scheme::predicted;
+    for (WallConfig& wall : dry.walls) {
+        wall.removed_at = std::numeric_limits<double>::infinity();
+        wall.motion = {};
+    }
     ContactConfig const& c = dry.contact;
-    Setup setup = make_setup(dry);
+    Setup<D> setup = make_setup<D>(dry);
     setup.features.friction = true;
-    NormalForce const soft_landing = make_normal_force(c.normal_stiffness, std::max(c.damping_ratio, pouring_damping));
-    auto tangential = [&](double mu) { return make_tangential_force(c.tangential_stiffness, pouring_damping, mu); };
-
-    Solver solver(setup, loose_grains(dry));
-    double const gravity = std::hypot(dry.gravity.x, dry.gravity.y), width = column_width(dry);
+    auto const law = [&](double friction) {
+        ContactConfig soft = c;
+        soft.damping_ratio = std::max(c.damping_ratio, pouring_damping);
+        soft.tangential_damping = pouring_damping;
+        soft.friction = friction;
+        soft.may_pull = false;
+        return contact_law(soft);
+    };
+    double const pi = std::numbers::pi, gravity = norm(dry.gravity), width = column_width(dry);
+    auto const mass = [&](double d) { return dry.density * (D == 2 ? pi / 4.0 * d * d : pi / 6.0 * d * d * d); };
     double const height = width * dry.column->aspect_ratio, fall = std::sqrt(height / gravity);  // [s]
-    double const heaviest = dry.density * std::numbers::pi / 4.0 * dry.diameter_max * dry.diameter_max;
-    double const wave = height / dry.diameter_min * std::sqrt(heaviest / c.normal_stiffness);  // through the column [s]
-    double const step = contact_time(c.normal_stiffness, c.tangential_stiffness,
-                                     0.5 * dry.density * std::numbers::pi / 4.0 * dry.diameter_min * dry.diameter_min);
-    solver.set_laws(soft_landing, tangential(dry.column->packing_friction));
+    double const step = contact_time_of(c, D, mass(dry.diameter_min), 0.5 * dry.diameter_min);
+    // a sound wave through the column [s]; t_c = pi sqrt(m*/k) of the smallest grains is a measure of stiffness
+    double const wave =
+        height / dry.diameter_min * std::sqrt(2.0 * mass(dry.diameter_max) / mass(dry.diameter_min)) * step / pi;
+
+    Solver<D> solver(setup, loose_grains<D>(dry, setup));
+    solver.set_law(law(dry.column->packing_friction));
     run_until(solver, dry, progress, "pouring", step / 20.0, 2.0 / fall, 1e-4, 3, 20.0 * fall);
     double ratio = 1.0;
     for (int round = 0; round < longest_hold && ratio > settled_kinetic_ratio; ++round) {
-        solver.set_laws(soft_landing, tangential(c.friction));
+        solver.set_law(law(c.friction));
         run_until(solver, dry, progress, "relaxing", step / 20.0, 1.0 / wave, 0.01 * settled_kinetic_ratio, 2,
                   200.0 * wave);
-        solver.set_laws(setup.normal_force, setup.tangential_force);
+        solver.set_laws(setup);
         ratio = run_until(solver, dry, progress, "holding", step / 50.0, 0.0, settled_kinetic_ratio, 5, 40.0 * wave);
     }
     if (ratio > settled_kinetic_ratio) say(progress, "NOT settled (needed: 1e-8)", solver.time(), ratio);
-    Grains const& g = solver.grains();
-    return {g.x, g.y, g.radius, springs_of(solver.state()), ratio};
+    return {solver.grains().place, records_of(solver.state()), ratio};
 }
 
-Packing prepare_packing(Config const& config, std::filesystem::path const& cache, Progress const& progress)
+template <int D>
+Packing<D> prepare_packing(Config const& config, std::filesystem::path const& cache, Progress const& progress)
 {
     if (!config.column) return {};
     std::filesystem::path const file = cache / packing_file_name(config);
     if (!cache.empty()) {
         std::string damage;
-        if (auto packing = load_packing(file, damage)) return std::move(*packing);
+        if (auto packing = load_packing<D>(file, damage)) return std::move(*packing);
         if (!damage.empty() && progress) progress(damage);
     }
-    Packing packing = pour_packing(config, progress);
+    Packing<D> packing = pour_packing<D>(config, progress);
     if (!cache.empty()) write_packing(packing, file);
     return packing;
 }
+
+template Packing<2> pour_packing<2>(Config const&, Progress const&);
+template Packing<3> pour_packing<3>(Config const&, Progress const&);
+template Packing<2> prepare_packing<2>(Config const&, std::filesystem::path const&, Progress const&);
+template Packing<3> prepare_packing<3>(Config const&, std::filesystem::path const&, Progress const&);
 
 }  // namespace dem

@@ -11,11 +11,11 @@
 namespace dem {
 
 //! A settled column at rest: everything a run needs to start from it, contact history included.
+template <int D>
 struct Packing
 {
-    std::vector<double> x, y;    //!< [m]
-    std::vector<double> radius;  //!< [m]
-    std::vector<SpringRecord> springs;
+    std::vector<Place<D>> place;
+    std::vector<ContactRecord<D>> records;
     double kinetic_ratio = 0.0;  //!< kinetic energy / (sum m g d_mean) when it was accepted [-]; settled: <= 1e-8
 };
 
@@ -28,9 +28,11 @@ using Progress = std::function<void(std::string const&)>;
 //! The packing of a column: from the cache if it is there and intact, else poured and written to it. Depends on the
 //! column, grains, contacts, walls and gravity, not on buoyancy or on what happens later. No column: an empty packing.
 //! An empty cache path: nothing is read or written.
-Packing prepare_packing(Config const& config, std::filesystem::path const& cache, Progress const& progress = {});
+template <int D>
+Packing<D> prepare_packing(Config const& config, std::filesystem::path const& cache, Progress const& progress = {});
 
 //! Pours a column (see README.md for the three stages). Says so through `progress` if it does not settle.
-Packing pour_packing(Config const& config, Progress const& progress = {});
+template <int D>
+Packing<D> pour_packing(Config const& config, Progress const& progress = {});
 
 }  // namespace dem

@@ -14,20 +14,92 @@
 namespace dem {
 namespace {
 
-constexpr std::uint64_t magic = 0x3130504d45444c53;  // "SLDEMP01"; raise it when pour_packing changes
+constexpr std::uint64_t magic = 0x3230504d45444c53;  // "SLDEMP02"; raise it when pour_packing changes
 
-void visit(auto& archive, auto& packing)
+//! The numbers of a packing, free of padding.
+template <int D>
+struct Flat
 {
-    archive(packing.x);
-    archive(packing.y);
-    archive(packing.radius);
-    archive(packing.springs);
-    archive(packing.kinetic_ratio);
+    std::vector<double> numbers;     //!< per grain: centre, radius
+    std::vector<std::uint32_t> who;  //!< per record: first, second, facet
+    std::vector<double> histories;   //!< per record: friction, rolling
+    double kinetic_ratio = 0.0;
+    static constexpr std::size_t per_grain = D + 1, per_history = D == 2 ? 2 : 6;
+};
+
+void visit(auto& archive, auto& flat)
+{
+    archive(flat.numbers);
+    archive(flat.who);
+    archive(flat.histories);
+    archive(flat.kinetic_ratio);
 }
 
-bool is_consistent(Packing const& p)
+void put(std::vector<double>& to, double number)
 {
-    return p.x.size() == p.radius.size() && p.y.size() == p.radius.size();
+    to.push_back(number);
+}
+template <int D>
+void put(std::vector<double>& to, Vec<D> const& v)
+{
+    for (int k = 0; k < D; ++k) to.push_back(component(v, k));
+}
+void take(double const*& from, double& number)
+{
+    number = *from++;
+}
+template <int D>
+void take(double const*& from, Vec<D>& v)
+{
+    for (int k = 0; k < D; ++k) component<D>(v, k) = *from++;
+}
+
+template <int D>
+Flat<D> flat(Packing<D> const& packing)
+{
+    Flat<D> flat;
+    for (auto const& [centre, radius] : packing.place) put(flat.numbers, centre), put(flat.numbers, radius);
+    for (auto const& r : packing.records) {
+        flat.who.insert(flat.who.end(), {r.first, r.second, r.facet});
+        put(flat.histories, r.friction), put(flat.histories, r.rolling);
+    }
+    flat.kinetic_ratio = packing.kinetic_ratio;
+    return flat;
+}
+
+template <int D>
+std::optional<Packing<D>> packing_of(Flat<D> const& flat)
+{
+    std::size_t const grains = flat.numbers.size() / Flat<D>::per_grain, records = flat.who.size() / 3;
+    if (flat.numbers.size() != grains * Flat<D>::per_grain || flat.who.size() != 3 * records ||
+        flat.histories.size() != records * Flat<D>::per_history)
+        return std::nullopt;
+    Packing<D> packing;
+    packing.place.resize(grains);
+    packing.records.resize(records);
+    packing.kinetic_ratio = flat.kinetic_ratio;
+    double const* from = flat.numbers.data();
+    for (auto& place : packing.place) take(from, place.centre), take(from, place.radius);
+    from = flat.histories.data();
+    for (std::size_t k = 0; k < records; ++k) {
+        auto& r = packing.records[k];
+        r.first = flat.who[3 * k];
+        r.second = flat.who[3 * k + 1];
+        r.facet = flat.who[3 * k + 2];
+        take(from, r.friction), take(from, r.rolling);
+    }
+    return packing;
+}
+
+void add(ByteWriter& key, ContactConfig const& c)
+{
+    for (double const x :
+         {c.normal_stiffness, c.youngs_modulus, c.poissons_ratio, c.damping_ratio, c.tangential_stiffness,
+          c.tangential_damping, c.friction, c.rolling_friction, c.rolling_stiffness, c.rolling_damping})
+        key(x);
+    key(static_cast<std::uint8_t>(c.elasticity));
+    key(static_cast<std::uint8_t>(c.rolling));
+    key(static_cast<std::uint8_t>(c.may_pull));
 }
 
 }  // namespace
@@ -35,18 +107,24 @@ bool is_consistent(Packing const& p)
 std::string packing_file_name(Config const& config)
 {
     ByteWriter key;
-    ContactConfig const& c = config.contact;
-    for (double x : {config.gravity.x, config.gravity.y, config.density, config.diameter_min, config.diameter_max,
-                     c.normal_stiffness, c.damping_ratio, c.tangential_stiffness, c.tangential_damping, c.friction})
+    for (double const x : {config.gravity.x, config.gravity.y, config.gravity.z, config.density, config.diameter_min,
+                           config.diameter_max})
         key(x);
+    key(config.dimension);
+    add(key, config.contact);
     if (config.column) {
+        key(static_cast<std::uint8_t>(config.column->container));
         key(config.column->count);
         key(config.column->aspect_ratio);
+        key(config.column->depth);
         key(config.column->seed);
         key(config.column->packing_friction);
     }
-    for (WallConfig const& w : config.walls)
-        for (double x : {w.point.x, w.point.y, w.normal.x, w.normal.y, w.friction}) key(x);
+    for (WallConfig const& w : config.walls) {
+        for (double const x : {w.point.x, w.point.y, w.point.z, w.normal.x, w.normal.y, w.normal.z, w.radius}) key(x);
+        key(static_cast<std::uint8_t>(w.inside));
+        add(key, w.contact);
+    }
     key(magic);
     char name[48];
     std::snprintf(name, sizeof name, "packing-%016llx.bin",
@@ -54,11 +132,13 @@ std::string packing_file_name(Config const& config)
     return name;
 }
 
-void write_packing(Packing const& packing, std::filesystem::path const& file)
+template <int D>
+void write_packing(Packing<D> const& packing, std::filesystem::path const& file)
 {
     ByteWriter writer;
     writer(magic);
-    visit(writer, packing);
+    auto const content = flat(packing);
+    visit(writer, content);
     writer(static_cast<std::uint64_t>(XXH3_64bits(writer.bytes.data(), writer.bytes.size())));
     std::filesystem::path aside = file;
     aside += ".part";
@@ -75,14 +155,15 @@ void write_packing(Packing const& packing, std::filesystem::path const& file)
     });
 }
 
-std::optional<Packing> load_packing(std::filesystem::path const& file, std::string& damage)
+template <int D>
+std::optional<Packing<D>> load_packing(std::filesystem::path const& file, std::string& damage)
 {
     std::ifstream in(file, std::ios::binary);
     if (!in) return std::nullopt;
     std::vector<char> const text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     auto const bytes = std::as_bytes(std::span(text));
     std::uint64_t seen = 0, stored = 0;
-    Packing packing;
+    Flat<D> flat;
     if (bytes.size() >= 2 * sizeof seen) {
         auto const content = bytes.first(bytes.size() - sizeof stored);
         ByteReader tail(bytes.last(sizeof stored));
@@ -90,12 +171,17 @@ std::optional<Packing> load_packing(std::filesystem::path const& file, std::stri
         ByteReader reader(content);
         reader(seen);
         if (seen == magic && stored == XXH3_64bits(content.data(), content.size())) {
-            visit(reader, packing);
-            if (reader.at_end() && is_consistent(packing)) return packing;
+            visit(reader, flat);
+            if (auto packing = packing_of(flat); packing && reader.at_end()) return packing;
         }
     }
     damage = "dem: " + file.string() + " is damaged and is made again.";
     return std::nullopt;
 }
+
+template void write_packing<2>(Packing<2> const&, std::filesystem::path const&);
+template void write_packing<3>(Packing<3> const&, std::filesystem::path const&);
+template std::optional<Packing<2>> load_packing<2>(std::filesystem::path const&, std::string&);
+template std::optional<Packing<3>> load_packing<3>(std::filesystem::path const&, std::string&);
 
 }  // namespace dem

@@ -12,9 +12,11 @@ namespace dem {
 std::string packing_file_name(Config const& config);
 
 //! Writes aside, then renames. Throws sluice::Error (io) if that fails.
-void write_packing(Packing const& packing, std::filesystem::path const& file);
+template <int D>
+void write_packing(Packing<D> const& packing, std::filesystem::path const& file);
 
 //! Nothing if there is no such file; also nothing, with `damage` set, if it is cut short or its hash is wrong.
-std::optional<Packing> load_packing(std::filesystem::path const& file, std::string& damage);
+template <int D>
+std::optional<Packing<D>> load_packing(std::filesystem::path const& file, std::string& damage);
 
 }  // namespace dem

@@ -4,29 +4,34 @@
 
 namespace dem {
 
-Setup make_setup(Config const& config, Ledger ledger)
+template <int D>
+Setup<D> make_setup(Config const& config, Ledger ledger)
 {
-    ContactConfig const& contact = config.contact;
-    Setup setup;
-    setup.gravity = (1.0 - config.fluid_density / config.density) * config.gravity;
-    setup.normal_force = make_normal_force(contact.normal_stiffness, contact.damping_ratio);
-    auto tangential = [&](double friction) {
-        return friction > 0.0
-                   ? make_tangential_force(contact.tangential_stiffness, contact.tangential_damping, friction)
-                   : TangentialForce{};
-    };
-    setup.tangential_force = tangential(contact.friction);
-    setup.features.friction = contact.friction > 0.0;
-    setup.features.ledger = ledger == Ledger::on;
+    Setup<D> setup;
+    setup.gravity = (1.0 - config.fluid_density / config.density) * to_dimension<D>(config.gravity);
+    setup.law = contact_law(config.contact);
+    Features& f = setup.features;
+    f.elasticity = config.contact.elasticity;
+    f.friction = config.contact.friction > 0.0;
+    f.rolling = config.contact.rolling;
+    f.scheme = config.scheme;
+    f.ledger = ledger == Ledger::on;
     for (WallConfig const& wall : config.walls) {
+        Shape<D> shape = Plane<D>{to_dimension<D>(wall.point), to_dimension<D>(wall.normal)};
+        if (wall.radius > 0.0)
+            shape = Cylinder<D>{to_dimension<D>(wall.point), to_dimension<D>(wall.normal), wall.radius, wall.inside};
         setup.walls.push_back({.name = wall.name,
-                               .point = wall.point,
-                               .normal = wall.normal,
-                               .normal_force = setup.normal_force,
-                               .tangential_force = tangential(wall.friction),
+                               .shape = shape,
+                               .motion = {.velocity = to_dimension<D>(wall.motion.velocity),
+                                          .amplitude = to_dimension<D>(wall.motion.amplitude),
+                                          .frequency = wall.motion.frequency,
+                                          .begin = wall.motion.begin,
+                                          .end = wall.motion.end},
+                               .law = contact_law(wall.contact),
                                .removed_at = wall.removed_at});
-        setup.features.friction = setup.features.friction || wall.friction > 0.0;
+        f.friction = f.friction || wall.contact.friction > 0.0;
     }
+    if (f.scheme == Scheme::liggghts) f.friction = true;  // the only variant that is compiled
     double smallest = config.diameter_min;
     for (GrainConfig const& g : config.grains)
         smallest = smallest > 0.0 ? std::min(smallest, 2.0 * g.radius) : 2.0 * g.radius;
@@ -34,14 +39,27 @@ Setup make_setup(Config const& config, Ledger ledger)
     return setup;
 }
 
-Solver make_solver(Config const& config, Packing const& packing, Ledger ledger)
+template <int D>
+Solver<D> make_solver(Config const& config, Packing<D> const& packing, Ledger ledger)
 {
-    Grains grains;
+    Grains<D> grains;
     if (config.column)
-        for (std::size_t i = 0; i < packing.radius.size(); ++i)
-            grains.add({packing.x[i], packing.y[i]}, packing.radius[i], config.density);
-    for (GrainConfig const& g : config.grains) grains.add(g.position, g.radius, config.density, g.velocity, g.spin);
-    return Solver(make_setup(config, ledger), std::move(grains), packing.springs);
+        for (auto const& [centre, radius] : packing.place) grains.add(centre, radius, config.density);
+    for (GrainConfig const& g : config.grains) {
+        Motion<D> motion{};
+        motion.velocity = to_dimension<D>(g.velocity);
+        if constexpr (D == 2)
+            motion.spin = g.spin.z;
+        else
+            motion.spin = g.spin;
+        grains.add(to_dimension<D>(g.position), g.radius, config.density, motion);
+    }
+    return Solver<D>(make_setup<D>(config, ledger), std::move(grains), packing.records);
 }
+
+template Setup<2> make_setup<2>(Config const&, Ledger);
+template Setup<3> make_setup<3>(Config const&, Ledger);
+template Solver<2> make_solver<2>(Config const&, Packing<2> const&, Ledger);
+template Solver<3> make_solver<3>(Config const&, Packing<3> const&, Ledger);
 
 }  // namespace dem

@@ -13,9 +13,11 @@ enum class Ledger
 };  //!< on: dissipated energies and work are summed up, at about half the speed
 
 //! The constant part of a run: laws, walls, and gravity reduced by the buoyancy, g (1 - rho_f / rho_s); inertia stays.
-Setup make_setup(Config const& config, Ledger ledger = Ledger::off);
+template <int D>
+Setup<D> make_setup(Config const& config, Ledger ledger = Ledger::off);
 
 //! A run at t = 0: the packing of a column, or the listed grains (then the packing is empty and not looked at).
-Solver make_solver(Config const& config, Packing const& packing = {}, Ledger ledger = Ledger::off);
+template <int D>
+Solver<D> make_solver(Config const& config, Packing<D> const& packing = {}, Ledger ledger = Ledger::off);
 
 }  // namespace dem

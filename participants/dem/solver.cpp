@@ -4,160 +4,184 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "coupler/base/error.hpp"
-#include "participants/dem/contacts.hpp"
 #include "participants/dem/neighbours.hpp"
 
 namespace dem {
 
-std::size_t Grains::add(Vec2 centre, double disc_radius, double density, Vec2 velocity, double angular_velocity)
+template <int D>
+std::size_t Grains<D>::add(Vec<D> centre, double radius, double density, Motion<D> const& moves)
 {
-    double const disc_mass = density * std::numbers::pi * disc_radius * disc_radius;
-    x.push_back(centre.x);
-    y.push_back(centre.y);
-    vx.push_back(velocity.x);
-    vy.push_back(velocity.y);
-    spin.push_back(angular_velocity);
-    radius.push_back(disc_radius);
-    mass.push_back(disc_mass);
-    inertia.push_back(0.5 * disc_mass * disc_radius * disc_radius);
-    for (auto* zero : {&angle, &fx, &fy, &torque, &external_fx, &external_fy, &external_torque}) zero->push_back(0.0);
-    half_vx.push_back(velocity.x);
-    half_vy.push_back(velocity.y);
-    half_spin.push_back(angular_velocity);
-    return x.size() - 1;
+    double const pi = std::numbers::pi, r = radius;
+    double const m = density * (D == 2 ? pi * r * r : 4.0 / 3.0 * pi * r * r * r);
+    id.push_back(static_cast<std::int64_t>(size()));
+    place.push_back({centre, radius});
+    motion.push_back(moves);
+    half.push_back(moves);
+    mass.push_back(m);
+    inertia.push_back((D == 2 ? 0.5 : 0.4) * m * r * r);
+    contact.emplace_back();
+    external.emplace_back();
+    return size() - 1;
 }
 
 namespace {
 
-template <std::size_t... I>
-auto find_kernel(Features wanted, std::index_sequence<I...>)
+template <int D>
+void check_inside(Setup<D> const& setup, Grains<D> const& g)
 {
-    void (*found)(Setup const&, State&, double) noexcept = nullptr;
-    ((supported[I] == wanted ? found = &evaluate_contacts<supported[I]> : found), ...);
-    return found;
-}
-
-void check_inside(Setup const& setup, Grains const& g)
-{
-    for (Wall const& wall : setup.walls)
-        for (std::size_t i = 0; i < g.size(); ++i)
-            sluice::require(dot(Vec2{g.x[i], g.y[i]} - wall.point, wall.normal) > 0.0, [&] {
+    for (Wall<D> const& wall : setup.walls)
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            auto const at = std::visit(
+                [&](auto const& shape) { return shape.facing(g.place[i].centre - wall.motion.shift(0.0), 0); },
+                wall.shape);
+            sluice::require(at.distance > 0.0, [&] {
                 return sluice::Error(
-                    "dem: the centre of grain " + std::to_string(i) + " is behind wall \"" + wall.name +
+                    "dem: the centre of grain " + std::to_string(g.id[i]) + " is behind wall \"" + wall.name +
                     "\" (must be on the side its normal points to). Turn the normal or move the grain.");
             });
+        }
+}
+
+template <int D>
+double smallest_radius(Grains<D> const& g)
+{
+    double smallest = g.size() > 0 ? g.place[0].radius : 0.0;
+    for (auto const& place : g.place) smallest = std::min(smallest, place.radius);
+    return smallest;
 }
 
 }  // namespace
 
-Solver::Solver(Setup setup, Grains grains, std::span<SpringRecord const> springs) : setup_(std::move(setup))
+template <int D>
+Solver<D>::Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> const> records)
+    : setup_(std::move(setup)), evaluate_(evaluation_for<D>(setup_.features)), smallest_radius_(smallest_radius(grains))
 {
-    evaluate_ = find_kernel(setup_.features, std::make_index_sequence<std::size(supported)>());
-    sluice::require(evaluate_ != nullptr, [] {
-        return sluice::Error("dem: this set of features is not compiled. Add it to dem::supported in solver.hpp.");
-    });
+    sluice::require(evaluate_ != nullptr,
+                    [] { return sluice::Error("dem: this set of features is not compiled. Add it in contacts.cpp."); });
     check_inside(setup_, grains);
     state_.grains = std::move(grains);
-    Grains const& g = state_.grains;
-    if (g.size() > 0) smallest_radius_ = *std::min_element(g.radius.begin(), g.radius.end());
+    state_.walls.resize(setup_.walls.size());
+    for (std::size_t w = 0; w < setup_.walls.size(); ++w) {
+        state_.walls[w].shift = setup_.walls[w].motion.shift(0.0);
+        state_.walls[w].velocity = setup_.walls[w].motion.speed(0.0);
+    }
     rebuild_lists(setup_, state_);
-    set_springs(state_, springs);
+    set_records(state_, records);
+    evaluate_again();
+}
+
+//! The forces as they are, without a step.
+template <int D>
+void Solver<D>::evaluate_again()
+{
     evaluate_(setup_, state_, 0.0);
     if (setup_.features.ledger) evaluate_lossy_power(setup_, state_);
 }
 
-void Solver::remove_walls(double now)
+template <int D>
+void Solver<D>::remove_walls(double now)
 {
     bool removed = false;
     for (std::size_t w = 0; w < setup_.walls.size(); ++w) {
-        if (!state_.wall_contacts[w].active || setup_.walls[w].removed_at > now) continue;
+        if (!state_.walls[w].active || setup_.walls[w].removed_at > now) continue;
         if (setup_.features.ledger) {
             Elastic const gone = elastic_energy_of_wall(setup_, state_, w);
-            state_.booked.removed_walls += gone.normal + gone.tangential;
+            state_.booked.removed_walls += gone.normal + gone.tangential + gone.rolling;
         }
-        state_.wall_contacts[w] = WallContacts{};
-        state_.wall_contacts[w].active = false;
+        state_.walls[w] = WallContacts<D>{};
+        state_.walls[w].active = false;
         removed = true;
     }
-    if (!removed) return;
-    evaluate_(setup_, state_, 0.0);
-    if (setup_.features.ledger) evaluate_lossy_power(setup_, state_);
+    if (removed) evaluate_again();
 }
 
-void Solver::drift(double dt)
+//! Whether a wall has come nearer by half a skin since the lists were built: the grains have the other half.
+template <int D>
+bool Solver<D>::walls_have_moved() const
 {
-    Grains& g = state_.grains;
-    double const half = 0.5 * dt, gx = half * setup_.gravity.x, gy = half * setup_.gravity.y;
+    for (std::size_t w = 0; w < setup_.walls.size(); ++w) {
+        if (!state_.walls[w].active || !setup_.walls[w].motion.moves()) continue;
+        Vec<D> const since = state_.walls[w].shift - state_.walls[w].built_shift;
+        if (!(dot(since, since) <= 0.25 * setup_.skin * setup_.skin)) return true;
+    }
+    return false;
+}
+
+template <int D>
+void Solver<D>::drift(double dt)
+{
+    Grains<D>& g = state_.grains;
+    double const half = 0.5 * dt;
+    Vec<D> const fall = half * setup_.gravity;
     double const near = 0.25 * setup_.skin * setup_.skin, far = smallest_radius_ * smallest_radius_;
     std::size_t const count = g.size();
     std::size_t moved = 0, fast = 0;
     for (std::size_t i = 0; i < count; ++i) {
-        double const per_mass = half / g.mass[i];
-        double const kick_x = gx + per_mass * (g.fx[i] + g.external_fx[i]);
-        double const kick_y = gy + per_mass * (g.fy[i] + g.external_fy[i]);
-        double const kick_spin = half / g.inertia[i] * (g.torque[i] + g.external_torque[i]);
-        double const vx = g.vx[i] + kick_x, vy = g.vy[i] + kick_y, spin = g.spin[i] + kick_spin;
-        g.half_vx[i] = vx;
-        g.half_vy[i] = vy;
-        g.half_spin[i] = spin;
-        g.vx[i] = vx + kick_x;
-        g.vy[i] = vy + kick_y;
-        g.spin[i] = spin + kick_spin;
-        double const step_x = dt * vx, step_y = dt * vy;
-        g.x[i] += step_x;
-        g.y[i] += step_y;
-        g.angle[i] += dt * spin;
-        double const dx = g.x[i] - state_.built_x[i], dy = g.y[i] - state_.built_y[i];
-        moved += !(dx * dx + dy * dy <= near);  // also true for a number that is not finite
-        fast += !(step_x * step_x + step_y * step_y <= far);
+        Vec<D> const kick = fall + (half / g.mass[i]) * (g.contact[i].force + g.external[i].force);
+        Spin<D> const turn = (half / g.inertia[i]) * (g.contact[i].torque + g.external[i].torque);
+        Motion<D> const now{g.motion[i].velocity + kick, g.motion[i].spin + turn};
+        g.half[i] = now;
+        g.motion[i] = {now.velocity + kick, now.spin + turn};
+        Vec<D> const step = dt * now.velocity;
+        g.place[i].centre += step;
+        Vec<D> const since = g.place[i].centre - state_.built[i];
+        moved += !(dot(since, since) <= near);  // also true for a number that is not finite
+        fast += !(dot(step, step) <= far);
     }
     sluice::require(fast == 0, [&] {
         std::size_t i = 0;
-        while (dt * std::hypot(g.half_vx[i], g.half_vy[i]) <= smallest_radius_) ++i;
-        return sluice::Error("dem: grain " + std::to_string(i) +
+        while (dt * norm(g.half[i].velocity) <= smallest_radius_) ++i;
+        return sluice::Error("dem: grain " + std::to_string(g.id[i]) +
                                  " moves by more than the smallest radius in one step, at t = " +
                                  std::to_string(state_.time) + " s, step " + std::to_string(state_.steps) +
                                  " (contacts would be missed). Try a smaller step, or look for overlaps at the start.",
                              sluice::Exit::numerical);
     });
-    if (moved > 0) rebuild_lists(setup_, state_);
+    for (std::size_t w = 0; w < setup_.walls.size(); ++w)
+        if (setup_.walls[w].motion.moves()) state_.walls[w].shift = setup_.walls[w].motion.shift(state_.time + dt);
+    if (moved > 0 || walls_have_moved()) rebuild_lists(setup_, state_);
 }
 
-void Solver::kick(double dt)
+template <int D>
+void Solver<D>::kick(double dt)
 {
-    Grains& g = state_.grains;
-    double const half = 0.5 * dt, gx = half * setup_.gravity.x, gy = half * setup_.gravity.y;
+    Grains<D>& g = state_.grains;
+    double const half = 0.5 * dt;
+    Vec<D> const fall = half * setup_.gravity;
     std::size_t const count = g.size();
     for (std::size_t i = 0; i < count; ++i) {
-        double const per_mass = half / g.mass[i];
-        g.vx[i] = g.half_vx[i] + (gx + per_mass * (g.fx[i] + g.external_fx[i]));
-        g.vy[i] = g.half_vy[i] + (gy + per_mass * (g.fy[i] + g.external_fy[i]));
-        g.spin[i] = g.half_spin[i] + half / g.inertia[i] * (g.torque[i] + g.external_torque[i]);
+        Motion<D> const& h = g.half[i];
+        g.motion[i] = {h.velocity + (fall + (half / g.mass[i]) * (g.contact[i].force + g.external[i].force)),
+                       h.spin + (half / g.inertia[i]) * (g.contact[i].torque + g.external[i].torque)};
     }
 }
 
 //! The work of what is not elastic, by the trapezium of its power at full steps: with velocity Verlet this is the work
 //! that changed the kinetic energy, up to a term dt^2 F^2 / (8 m) that does not grow. The external force is constant
 //! over a step.
-void Solver::book_step(double dt)
+template <int D>
+void Solver<D>::book_step(double dt)
 {
-    Grains const& g = state_.grains;
-    State::Power const before = state_.power;
+    Grains<D> const& g = state_.grains;
+    LossyPower const before = state_.power;
     evaluate_lossy_power(setup_, state_);
-    state_.booked.normal_dashpot += 0.5 * dt * (before.normal + state_.power.normal);
-    state_.booked.tangential_dashpot += 0.5 * dt * (before.tangential + state_.power.tangential);
-    state_.booked.sliding += 0.5 * dt * (before.sliding + state_.power.sliding);
+    LossyPower const& now = state_.power;
+    state_.booked.normal_dashpot += 0.5 * dt * (before.normal + now.normal);
+    state_.booked.tangential_dashpot += 0.5 * dt * (before.tangential + now.tangential);
+    state_.booked.sliding += 0.5 * dt * (before.sliding + now.sliding);
+    state_.booked.rolling += 0.5 * dt * (before.rolling + now.rolling);
     double power = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i)
-        power +=
-            g.external_fx[i] * g.half_vx[i] + g.external_fy[i] * g.half_vy[i] + g.external_torque[i] * g.half_spin[i];
+        power += dot(g.external[i].force, g.half[i].velocity) + dot(g.external[i].torque, g.half[i].spin);
     state_.booked.external_work += dt * power;
 }
 
-void Solver::step(double dt)
+template <int D>
+void Solver<D>::step(double dt)
 {
     remove_walls(state_.time + 0.5 * dt);  // a removal time belongs to the nearest step
     drift(dt);
@@ -168,61 +192,84 @@ void Solver::step(double dt)
     ++state_.steps;
 }
 
-void Solver::set_laws(NormalForce const& normal_force, TangentialForce const& tangential_force)
+template <int D>
+void Solver<D>::set_law(ContactLaw const& law)
 {
-    setup_.normal_force = normal_force;
-    setup_.tangential_force = tangential_force;
-    for (Wall& wall : setup_.walls) {
-        wall.normal_force = normal_force;
-        wall.tangential_force = tangential_force;
-    }
-    evaluate_(setup_, state_, 0.0);
+    setup_.law = law;
+    for (Wall<D>& wall : setup_.walls) wall.law = law;
+    evaluate_again();
 }
 
-void Solver::restore(State state)
+template <int D>
+void Solver<D>::set_laws(Setup<D> const& from)
+{
+    setup_.law = from.law;
+    for (std::size_t w = 0; w < setup_.walls.size(); ++w) setup_.walls[w].law = from.walls[w].law;
+    evaluate_again();
+}
+
+template <int D>
+void Solver<D>::restore(State<D> state)
 {
     state_ = std::move(state);
-    Grains const& g = state_.grains;
-    if (g.size() > 0) smallest_radius_ = *std::min_element(g.radius.begin(), g.radius.end());
+    smallest_radius_ = smallest_radius(state_.grains);
 }
 
-std::vector<SpringRecord> springs_of(State const& state)
+namespace {
+
+//! Calls `visit(record, history, slot)` for each listed contact; the record has its partners.
+template <int D, class AnyState, class Visit>
+void for_records(AnyState& state, Visit&& visit)
 {
-    std::vector<SpringRecord> records;
-    Pairs const& pairs = state.pairs;
-    auto const count = static_cast<std::uint32_t>(state.grains.size());
+    auto& pairs = state.pairs;
+    std::size_t const count = state.grains.size();
     for (std::uint32_t i = 0; i < count; ++i)
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot)
-            if (pairs.spring[slot] != 0.0) records.push_back({i, pairs.other[slot], pairs.spring[slot]});
-    for (std::size_t w = 0; w < state.wall_contacts.size(); ++w)
-        for (std::size_t k = 0; k < state.wall_contacts[w].grain.size(); ++k)
-            if (state.wall_contacts[w].spring[k] != 0.0)
-                records.push_back({state.wall_contacts[w].grain[k], count + static_cast<std::uint32_t>(w),
-                                   state.wall_contacts[w].spring[k]});
+            visit(ContactRecord<D>{i, pairs.other[slot], 0, {}, {}}, pairs.history, slot);
+    for (std::size_t w = 0; w < state.walls.size(); ++w) {
+        auto& contacts = state.walls[w];
+        for (std::size_t k = 0; k < contacts.grain.size(); ++k)
+            visit(ContactRecord<D>{contacts.grain[k], static_cast<std::uint32_t>(count + w), contacts.facet[k], {}, {}},
+                  contacts.history, k);
+    }
+}
+
+}  // namespace
+
+template <int D>
+std::vector<ContactRecord<D>> records_of(State<D> const& state)
+{
+    std::vector<ContactRecord<D>> records;
+    for_records<D>(state, [&](ContactRecord<D> record, History<D> const& history, std::size_t at) {
+        if (!history.friction.empty()) record.friction = history.friction[at];
+        if (!history.rolling.empty()) record.rolling = history.rolling[at];
+        if (record.friction != Tangent<D>{} || record.rolling != Tangent<D>{}) records.push_back(record);
+    });
     return records;
 }
 
-void set_springs(State& state, std::span<SpringRecord const> records)
+template <int D>
+void set_records(State<D>& state, std::span<ContactRecord<D> const> records)
 {
-    auto const count = static_cast<std::uint32_t>(state.grains.size());
-    auto place = [](auto begin, auto end, std::uint32_t wanted) {
-        auto const at = std::lower_bound(begin, end, wanted);
-        return at != end && *at == wanted ? at : end;
-    };
-    for (SpringRecord const& r : records) {
-        if (r.first >= count) continue;
-        if (r.second < count) {
-            auto const begin = state.pairs.other.begin() + state.pairs.first[r.first];
-            auto const end = state.pairs.other.begin() + state.pairs.first[r.first + 1];
-            auto const at = place(begin, end, r.second);
-            if (at != end) state.pairs.spring[static_cast<std::size_t>(at - state.pairs.other.begin())] = r.spring;
-        } else if (r.second - count < state.wall_contacts.size()) {
-            WallContacts& contacts = state.wall_contacts[r.second - count];
-            auto const at = place(contacts.grain.begin(), contacts.grain.end(), r.first);
-            if (at != contacts.grain.end())
-                contacts.spring[static_cast<std::size_t>(at - contacts.grain.begin())] = r.spring;
-        }
-    }
+    auto const key = [](ContactRecord<D> const& r) { return std::tuple(r.first, r.second, r.facet); };
+    std::vector<ContactRecord<D>> sorted(records.begin(), records.end());
+    std::sort(sorted.begin(), sorted.end(), [&](auto const& a, auto const& b) { return key(a) < key(b); });
+    for_records<D>(state, [&](ContactRecord<D> const& record, History<D>& history, std::size_t at) {
+        auto const found = std::lower_bound(sorted.begin(), sorted.end(), record,
+                                            [&](auto const& a, auto const& b) { return key(a) < key(b); });
+        if (found == sorted.end() || key(*found) != key(record)) return;
+        if (!history.friction.empty()) history.friction[at] = found->friction;
+        if (!history.rolling.empty()) history.rolling[at] = found->rolling;
+    });
 }
+
+template struct Grains<2>;
+template struct Grains<3>;
+template class Solver<2>;
+template class Solver<3>;
+template std::vector<ContactRecord<2>> records_of<2>(State<2> const&);
+template std::vector<ContactRecord<3>> records_of<3>(State<3> const&);
+template void set_records<2>(State<2>&, std::span<ContactRecord<2> const>);
+template void set_records<3>(State<3>&, std::span<ContactRecord<3> const>);
 
 }  // namespace dem

@@ -6,71 +6,139 @@
 #include <string>
 #include <vector>
 
-#include "participants/dem/normal_force.hpp"
-#include "participants/dem/tangential_force.hpp"
-#include "participants/dem/vec2.hpp"
+#include "participants/dem/laws.hpp"
+#include "participants/dem/vec.hpp"
+#include "participants/dem/wall_shape.hpp"
 
-//! The data of a run: structure of arrays, no physics. Everything here is a value: a copy is a checkpoint.
+//! The data of a run, in the plane (discs of unit thickness) or in space (spheres): no physics. Everything here is a
+//! value: a copy is a checkpoint.
 namespace dem {
 
-//! All grains; index = lasting id, 0..N-1 in creation order. Discs of unit thickness.
-struct Grains
+//! Where a grain is. Rows of 32 bytes: a contact kernel loads one with a single instruction.
+template <int D>
+struct alignas(32) Place
 {
-    std::vector<double> x, y;            //!< centre [m]
-    std::vector<double> angle;           //!< [rad]
-    std::vector<double> vx, vy;          //!< velocity [m/s]; on the step, between two steps
-    std::vector<double> spin;            //!< angular velocity [rad/s]
-    std::vector<double> radius;          //!< [m]
-    std::vector<double> mass;            //!< [kg] per metre of thickness; rho pi R^2 unless set otherwise
-    std::vector<double> inertia;         //!< [kg m2]; m R^2/2 unless set otherwise
-    std::vector<double> fx, fy, torque;  //!< of contacts and walls at the current positions [N], [N m]
-    std::vector<double> external_fx, external_fy, external_torque;  //!< set by the caller, held over a step [N], [N m]
-    std::vector<double> half_vx, half_vy, half_spin;                //!< velocity in the middle of the step; scratch
-
-    std::size_t size() const { return x.size(); }
-    //! Adds a disc of the given density [kg/m3] and returns its id.
-    std::size_t add(Vec2 centre, double disc_radius, double density, Vec2 velocity = {}, double angular_velocity = 0.0);
+    Vec<D> centre;        //!< [m]
+    double radius = 0.0;  //!< [m]
 };
 
-//! A fixed wall: the half-plane behind the line through `point`, whose unit `normal` points to the grains.
+//! How a grain moves.
+template <int D>
+struct alignas(32) Motion;
+template <>
+struct alignas(32) Motion<2>
+{
+    Vec2 velocity;      //!< [m/s]
+    double spin = 0.0;  //!< [rad/s]
+};
+template <>
+struct alignas(32) Motion<3>
+{
+    alignas(32) Vec3 velocity;  //!< [m/s]
+    alignas(32) Vec3 spin;      //!< [rad/s]
+};
+
+//! What acts on a grain.
+template <int D>
+struct alignas(32) Load;
+template <>
+struct alignas(32) Load<2>
+{
+    Vec2 force;           //!< [N]
+    double torque = 0.0;  //!< [N m]
+};
+template <>
+struct alignas(32) Load<3>
+{
+    alignas(32) Vec3 force;   //!< [N]
+    alignas(32) Vec3 torque;  //!< [N m]
+};
+
+//! All grains; an index stays that of its grain for the whole run.
+template <int D>
+struct Grains
+{
+    std::vector<std::int64_t> id;  //!< lasting id; 0 .. N-1 unless a file gives others
+    std::vector<Place<D>> place;
+    std::vector<Motion<D>> motion;  //!< on the step, between two steps
+    std::vector<Motion<D>> half;    //!< in the middle of the step; scratch
+    std::vector<double> mass;       //!< [kg]; discs: per metre of thickness
+    std::vector<double> inertia;    //!< [kg m2]; m R^2/2 (disc), 2 m R^2/5 (sphere) unless set otherwise
+    std::vector<Load<D>> contact;   //!< of contacts and walls at the current positions
+    std::vector<Load<D>> external;  //!< set by the caller, held over a step
+
+    std::size_t size() const { return place.size(); }
+    //! Adds a grain of the given density [kg/m3] and returns its index, which is also its id.
+    std::size_t add(Vec<D> centre, double radius, double density, Motion<D> const& motion = {});
+};
+
+//! A wall; what it looks like and how it moves is in wall_shape.hpp.
+template <int D>
 struct Wall
 {
     std::string name;
-    Vec2 point;   //!< [m]
-    Vec2 normal;  //!< unit vector
-    NormalForce normal_force;
-    TangentialForce tangential_force;
+    Shape<D> shape;
+    WallMotion<D> motion;
+    ContactLaw law;
     double removed_at = std::numeric_limits<double>::infinity();  //!< [s]; a gate
 };
 
-//! Neighbour pairs, CSR by the lower id: the pairs of i are slots first[i]..first[i+1], with other[slot] > i ascending.
-//! The order of summation is thus that of the touching pairs, whenever the list was built.
+//! What a contact lost in the last step, for the energy ledger.
+template <int D>
+struct Lossy
+{
+    double normal = 0.0;         //!< forces less their elastic part [N]
+    Tangent<D> tangential = {};  //!< [N]
+    Tangent<D> rolling = {};     //!< [N]
+    bool slides = false;         //!< the contact is at its friction limit
+};
+
+//! What a contact remembers. One list entry each; zero where nothing touches. Forces rather than elongations: they stay
+//! what they are when the stiffness changes with the overlap.
+template <int D>
+struct History
+{
+    std::vector<Tangent<D>> friction;  //!< elastic part of the friction, along the slip [N]
+    std::vector<Tangent<D>> rolling;   //!< elastic part of the rolling resistance [N]; empty without it
+    std::vector<Lossy<D>> lossy;       //!< empty without ledger
+};
+
+//! Neighbour pairs, CSR by the lower index: the pairs of i are slots first[i]..first[i+1], with other[slot] > i
+//! ascending. The order of summation is thus that of the touching pairs, whenever the list was built.
+template <int D>
 struct Pairs
 {
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> other;
-    std::vector<double> spring;            //!< tangential elongation zeta [m]; 0 where the pair does not touch
-    std::vector<double> sqrt_mass;         //!< sqrt(m*) [sqrt(kg)]
-    std::vector<double> lossy_n, lossy_t;  //!< forces less their elastic part [N]; for the energy ledger only
-    std::vector<std::uint8_t> slides;      //!< 1 where the contact is at its friction limit; ledger only
+    std::vector<std::uint8_t> image;  //!< of the other in a periodic box (see periodic.hpp); empty without one
+    std::vector<double> sqrt_mass;    //!< sqrt(m*) [sqrt(kg)]
+    History<D> history;
 };
 
-//! The grains near one wall, ascending, with their history.
+//! The grains near one wall, ascending by grain, then by facet, with their history.
+template <int D>
 struct WallContacts
 {
     bool active = true;  //!< false once the wall has been removed
     std::vector<std::uint32_t> grain;
-    std::vector<double> spring;  //!< [m]
-    std::vector<double> lossy_n, lossy_t;
-    std::vector<std::uint8_t> slides;
+    std::vector<std::uint32_t> facet;  //!< of the wall's shape; 0 where it has one face
+    History<D> history;
+    Vec<D> shift;        //!< where the wall has moved to [m]
+    Vec<D> built_shift;  //!< where it was when the lists were built [m]
+    Vec<D> velocity;     //!< [m/s]
+    Vec<D> force;        //!< on all its grains [N]
 };
 
-//! The elongations of touching contacts, free of list layout: what has to be kept to continue a state.
-struct SpringRecord
+//! The history of one touching contact, free of list layout: what has to be kept to continue a state.
+template <int D>
+struct ContactRecord
 {
     std::uint32_t first = 0;   //!< grain
     std::uint32_t second = 0;  //!< grain > first, or wall index + number of grains
-    double spring = 0.0;       //!< [m]
+    std::uint32_t facet = 0;   //!< of a wall
+    Tangent<D> friction = {};  //!< [N]
+    Tangent<D> rolling = {};   //!< [N]
+    bool operator==(ContactRecord const&) const = default;
 };
 
 //! What the ledger sums up over time [J]. All others follow from the state (see energy.hpp).
@@ -79,44 +147,54 @@ struct Booked
     double normal_dashpot = 0.0;
     double tangential_dashpot = 0.0;
     double sliding = 0.0;
+    double rolling = 0.0;        //!< dashpot and slip of the rolling resistance
     double external_work = 0.0;  //!< done on the grains by the external forces
+    double wall_work = 0.0;      //!< done on the grains by moving walls
     double removed_walls = 0.0;  //!< elastic energy that vanished with walls
     double touch = 0.0;          //!< lost (> 0) or made (< 0) because contacts begin and end within a step
 };
 
+//! Of the forces that are not elastic, at the current time [W]; ledger only.
+struct LossyPower
+{
+    double normal = 0.0, tangential = 0.0, sliding = 0.0, rolling = 0.0;
+};
+
 //! What changes during a run.
+template <int D>
 struct State
 {
     double time = 0.0;  //!< [s]
     std::int64_t steps = 0;
-    Grains grains;
-    Pairs pairs;
-    std::vector<WallContacts> wall_contacts;  //!< one per wall
-    std::vector<double> built_x, built_y;     //!< centres when the lists were built [m]
+    Grains<D> grains;
+    Pairs<D> pairs;
+    std::vector<WallContacts<D>> walls;  //!< one per wall
+    std::vector<Vec<D>> built;           //!< centres when the lists were built [m]
     std::int64_t rebuilds = 0;
     Booked booked;
-    struct Power  //!< of the forces that are not elastic, at the current time [W]; ledger only
-    {
-        double normal = 0.0, tangential = 0.0, sliding = 0.0;
-    } power;
+    LossyPower power;
 };
 
 //! What a scene needs; chosen once per run.
 struct Features
 {
+    Elasticity elasticity = Elasticity::linear;
     bool friction = false;  //!< any friction coefficient > 0
-    bool ledger = false;    //!< sums up dissipated energies and work
+    Rolling rolling = Rolling::none;
+    Scheme scheme = Scheme::predicted;
+    bool ledger = false;  //!< sums up dissipated energies and work
     bool operator==(Features const&) const = default;
 };
 
 //! What does not change during a run.
+template <int D>
 struct Setup
 {
-    Vec2 gravity;  //!< [m/s2]; with buoyancy already taken off
-    NormalForce normal_force;
-    TangentialForce tangential_force;
-    std::vector<Wall> walls;
-    double skin = 0.0;  //!< reach of the neighbour list beyond contact [m]
+    Vec<D> gravity;  //!< [m/s2]; with buoyancy already taken off
+    ContactLaw law;  //!< between grains
+    std::vector<Wall<D>> walls;
+    double skin = 0.0;              //!< reach of the neighbour list beyond contact [m]
+    bool absolute_damping = false;  //!< dashpots in N s/m, whatever the masses (LIGGGHTS' order only)
     Features features;
 };
 

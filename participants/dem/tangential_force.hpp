@@ -2,45 +2,42 @@
 
 #include <cmath>
 
+#include "participants/dem/vec.hpp"
+
 namespace dem {
 
-//! Tangential force of a spring with memory and a dashpot, limited by Coulomb:
-//!     trial = kt zeta + 2 alpha_t sqrt(kt m*) s,      |Ft| = min(mu Fn, |trial|)   [N], against the slip s.
-//! The dashpot is inside the limit. In sliding the spring is cut back so that spring + dashpot equals the limit.
-//! In the plane the spring is one signed number along the tangent, so it turns with the contact by itself.
-//! Source: Cundall and Strack (1979); cut as in Luding, Granular Matter 10 (2008), sec. 3.
+//! Friction with memory, limited by Coulomb:
+//!     trial = spring + 2 alpha_t sqrt(kt m*) s,      Ft = trial, or shortened to mu |Fn|   [N], against the slip s
+//! where the spring is the elastic force: it grows by kt ds. The dashpot is inside the limit. In sliding the spring is
+//! cut back so that spring + dashpot equals the limit.
+//! Source: Cundall and Strack (1979); cut as in Luding, Granular Matter 10 (2008), sec. 3. hertz: kt = 8 G* sqrt(R*
+//! xi), Mindlin (1949) without slip; the spring shrinks with kt in unloading, else it would make energy (Thornton,
+//! Cummins and Cleary, Powder Technology 210 (2011) 189).
 struct TangentialForce
 {
-    double stiffness = 0.0;          //!< kt [N/m], > 0 where there is friction
-    double inverse_stiffness = 0.0;  //!< 1/kt [m/N]
-    double damping = 0.0;            //!< 2 alpha_t sqrt(kt) [sqrt(N/m)]
-    double friction = 0.0;           //!< mu [-], >= 0
-
-    struct Result
-    {
-        double force;   //!< spring + dashpot after the limit [N]
-        double spring;  //!< elongation after the cut [m]
-        bool slides;
-    };
-
-    //! zeta [m], already stretched by this step's slip; s [m/s]; Fn [N]; sqrt(m*) [sqrt(kg)]
-    Result operator()(double spring, double slip, double normal_force, double sqrt_mass) const noexcept
-    {
-        double const dashpot = damping * sqrt_mass * slip;
-        double const trial = stiffness * spring + dashpot;
-        double const limit = friction * normal_force;
-        bool const sticks = std::abs(trial) <= limit;
-        double const force = sticks ? trial : std::copysign(limit, trial);
-        return {force, sticks ? spring : (force - dashpot) * inverse_stiffness, !sticks};
-    }
+    double stiffness = 0.0;  //!< linear: kt [N/m]; hertz: 8 G* [Pa]
+    double damping = 0.0;  //!< linear: 2 alpha_t sqrt(kt) [sqrt(N/m)]; hertz: 2 alpha_t sqrt(5/6) sqrt(8 G*) [sqrt(Pa)]
+    double friction = 0.0;  //!< mu [-], >= 0
 };
 
-inline TangentialForce make_tangential_force(double stiffness, double damping_ratio, double friction)
+//! A force that sticks or is at its limit.
+template <class Tangent>
+struct Limited
 {
-    return {.stiffness = stiffness,
-            .inverse_stiffness = stiffness > 0.0 ? 1.0 / stiffness : 0.0,
-            .damping = 2.0 * damping_ratio * std::sqrt(stiffness),
-            .friction = friction};
+    Tangent force;   //!< spring + dashpot after the limit [N]
+    Tangent spring;  //!< the elastic part, after the cut [N]
+    bool slides;
+};
+
+//! `spring` already stretched by this step's slip, `dashpot` the viscous part, `limit` >= 0   [N].
+template <class Tangent>
+inline Limited<Tangent> limited(Tangent spring, Tangent dashpot, double limit) noexcept
+{
+    Tangent const trial = spring + dashpot;
+    double const square = dot(trial, trial);
+    if (square <= limit * limit) return {trial, spring, false};
+    Tangent const force = limit / std::sqrt(square) * trial;
+    return {force, force - dashpot, true};
 }
 
 }  // namespace dem

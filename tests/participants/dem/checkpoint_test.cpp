@@ -9,7 +9,7 @@ using namespace unit;
 
 namespace {
 
-sluice::State kept(dem::Solver const& solver)
+sluice::State kept(dem::Solver<2> const& solver)
 {
     sluice::State state;
     dem::keep(solver.state(), state);
@@ -27,9 +27,8 @@ sluice::State changed(sluice::State const& good, char const* name, Change change
     sluice::State without = state.take("pairs");
     for (auto const array : {"first", "other"})
         if (std::string("pairs/") + array != name) state.put(std::string("pairs/") + array, without.integers(array));
-    for (auto const array : {"spring", "sqrt_mass", "lossy_n", "lossy_t"})
+    for (auto const array : {"friction", "rolling", "lossy", "sqrt_mass"})
         state.put(std::string("pairs/") + array, without.numbers(array));
-    state.put("pairs/slides", without.bytes("slides"));
     state.put(name, std::span<std::int64_t const>(values));
     return state;
 }
@@ -39,14 +38,14 @@ sluice::State changed(sluice::State const& good, char const* name, Change change
 TEST_CASE("checkpoint: a restored solver continues bit for bit, also one that was made without grains")
 {
     for (bool const ledger : {false, true}) {
-        dem::Solver a = box(ledger);
+        dem::Solver<2> a = box(ledger);
         for (int n = 0; n < 10000; ++n) a.step(step);
         auto const bytes = kept(a).encode();
         for (int n = 0; n < 10000; ++n) a.step(step);
         auto const state = sluice::State::decode(bytes, "state");
         for (bool const empty : {false, true}) {
-            dem::Solver b = empty ? dem::Solver(a.setup(), {}) : box(ledger);
-            b.restore(dem::kept_state(state, b.setup(), 144));
+            dem::Solver<2> b = empty ? dem::Solver<2>(a.setup(), {}) : box(ledger);
+            b.restore(dem::kept_state<2>(state, b.setup(), 144));
             for (int n = 0; n < 10000; ++n) b.step(step);
             CHECK(kept(a) == kept(b));
         }
@@ -55,22 +54,24 @@ TEST_CASE("checkpoint: a restored solver continues bit for bit, also one that wa
 
 TEST_CASE("checkpoint: a state of another scene, or with an index out of range, is refused")
 {
-    dem::Solver const solver = box();
+    dem::Solver<2> const solver = box();
     auto const good = kept(solver);
-    CHECK_NOTHROW(dem::kept_state(good, solver.setup(), 144));
-    CHECK_THROWS_AS(dem::kept_state(good, solver.setup(), 143), sluice::Error);
-    dem::Setup other = solver.setup();
+    CHECK_NOTHROW(dem::kept_state<2>(good, solver.setup(), 144));
+    CHECK_THROWS_AS(dem::kept_state<2>(good, solver.setup(), 143), sluice::Error);
+    dem::Setup<2> other = solver.setup();
     other.walls.pop_back();
-    CHECK_THROWS_AS(dem::kept_state(good, other, 144), sluice::Error);
-    CHECK_THROWS_AS(dem::kept_state(good, box(true).setup(), 144), sluice::Error);  // it has no ledger
-    CHECK_THROWS_AS(dem::kept_state({}, solver.setup(), 144), sluice::Error);
-    CHECK_NOTHROW(dem::kept_state(changed(good, "pairs/other", [](auto&) {}), solver.setup(), 144));
+    CHECK_THROWS_AS(dem::kept_state<2>(good, other, 144), sluice::Error);
+    CHECK_THROWS_AS(dem::kept_state<2>(good, box(true).setup(), 144), sluice::Error);  // it has no ledger
+    CHECK_THROWS_AS(dem::kept_state<2>({}, solver.setup(), 144), sluice::Error);
+    CHECK_NOTHROW(dem::kept_state<2>(changed(good, "pairs/other", [](auto&) {}), solver.setup(), 144));
     for (std::int64_t const wrong : {std::int64_t{144}, std::int64_t{-1}, std::int64_t{1} << 32})
         CHECK_THROWS_AS(
-            dem::kept_state(changed(good, "pairs/other", [&](auto& v) { v.at(0) = wrong; }), solver.setup(), 144),
+            dem::kept_state<2>(changed(good, "pairs/other", [&](auto& v) { v.at(0) = wrong; }), solver.setup(), 144),
             sluice::Error);
-    CHECK_THROWS_AS(dem::kept_state(changed(good, "pairs/first", [](auto& v) { v.back() += 1; }), solver.setup(), 144),
-                    sluice::Error);
-    CHECK_THROWS_AS(dem::kept_state(changed(good, "pairs/first", [](auto& v) { v.pop_back(); }), solver.setup(), 144),
-                    sluice::Error);
+    CHECK_THROWS_AS(
+        dem::kept_state<2>(changed(good, "pairs/first", [](auto& v) { v.back() += 1; }), solver.setup(), 144),
+        sluice::Error);
+    CHECK_THROWS_AS(
+        dem::kept_state<2>(changed(good, "pairs/first", [](auto& v) { v.pop_back(); }), solver.setup(), 144),
+        sluice::Error);
 }

@@ -47,7 +47,7 @@ TEST_CASE("config: a column with its walls, gate and defaults")
     CHECK(c.walls[2].name == "gate");
     CHECK(c.walls[2].point.x == doctest::Approx(dem::column_width(c)));
     CHECK(c.walls[2].removed_at == 0.0);
-    CHECK(c.walls[0].friction == c.contact.friction);
+    CHECK(c.walls[0].contact.friction == c.contact.friction);
     CHECK(c.step == doctest::Approx(c.contact_time / 50.0));
     CHECK(c.contact_time ==
           doctest::Approx(std::numbers::pi * std::sqrt(0.5 * 2650 * std::numbers::pi * 0.25e-6 / 1e6)));
@@ -94,13 +94,13 @@ TEST_CASE("config: each mistake gives one clear message")
     check_refused(changed("friction_angle: 26", "friction_angle: 26, friction: 0.5"), "second friction");
     check_refused(changed(", friction_angle: 26", ""), "give friction [-] or friction_angle");
     check_refused(changed("min: 1.0e-3", "min: 3.0e-3"), "must be at least min");
-    check_refused(changed("min: 1.0e-3", "min: 1.0e-5"), "20 times");
-    check_refused(changed("normal: [1, 0]", "normal: [-1, 0]"), "needs a floor and a back wall");
+    check_refused(changed("min: 1.0e-3", "min: 1.0e-5"), "50 times");
+    check_refused(changed("normal: [1, 0]", "normal: [-1, 0]"), "missing: {point: [0, 0], normal: [1, 0]}");
     check_refused(changed("normal: [1, 0]", "normal: [0, 0]"), "no length");
     check_refused(changed("name: back", "name: gate"), "a wall named gate");
     check_refused(changed("aspect_ratio: 0.8", "aspect_ratio: 40"), "less than 4 largest grains");
     check_refused(changed("seed: 3", "sed: 3"), "Did you mean seed?");
     check_refused(std::string(scene) + "grains:\n  - {position: [0, 1], radius: 0.001}\n", "beside column");
-    CHECK_THROWS_WITH_AS(dem::read_config(sluice::read_yaml(scene, "grains.yaml"), {9.81, 0.0}),
+    CHECK_THROWS_WITH_AS(dem::read_config(sluice::read_yaml(scene, "grains.yaml"), 2, {9.81, 0.0, 0.0}),
                          doctest::Contains("gravity does not point down"), sluice::Error);
 }

@@ -1,57 +1,91 @@
 #include <doctest/doctest.h>
 
-#include "participants/dem/normal_force.hpp"
+#include <cmath>
+
+#include "participants/dem/contact.hpp"
 #include "participants/dem/restitution.hpp"
-#include "participants/dem/tangential_force.hpp"
+#include "tests/participants/dem/scenes.hpp"
+
+using dem::Vec3;
 
 TEST_CASE("normal_force: spring and dashpot add up, with the reduced mass in the dashpot")
 {
-    dem::NormalForce const law = dem::make_normal_force(1e4, 0.1);
-    CHECK(law(1e-3, 0.0, 2.0) == doctest::Approx(10.0));
-    CHECK(law(0.0, 0.5, 2.0) == doctest::Approx(2.0 * 0.1 * 100.0 * 2.0 * 0.5));  // 2 alpha sqrt(kn m*) v
+    dem::ContactLaw const law = dem::contact_law(unit::contact(0.5, 0.1));
+    auto const s = dem::stiffness_at<dem::Elasticity::linear>(law, 1e-3, 1.0);
+    CHECK(s.force == doctest::Approx(1e3));
+    CHECK(s.energy == doctest::Approx(0.5));
+    CHECK(s.normal == doctest::Approx(2.0 * 0.1 * 1e3));  // 2 alpha sqrt(kn)
+    CHECK(law.normal.limited(-1.0) == 0.0);
 }
 
-TEST_CASE("normal_force: never pulls")
+TEST_CASE("normal_force: Hertz as Johnson (1985) has it, and its derivatives")
 {
-    dem::NormalForce const law = dem::make_normal_force(1e4, 0.5);
-    CHECK(law(1e-6, -10.0, 1.0) == 0.0);
-    CHECK(law(0.0, -1.0, 1.0) == 0.0);
+    dem::ContactConfig c;
+    c.elasticity = dem::Elasticity::hertz;
+    c.youngs_modulus = 70e9;
+    c.poissons_ratio = 0.22;
+    c.friction = 0.3;
+    dem::ContactLaw const law = dem::contact_law(c);
+    double const modulus = 70e9 / (2.0 * (1.0 - 0.22 * 0.22)), shear = 70e9 / (2.0 * 1.22) / (2.0 * (2.0 - 0.22));
+    double const radius = 1e-3, overlap = 1e-6;
+    auto const at = [&](double xi) { return dem::stiffness_at<dem::Elasticity::hertz>(law, xi, radius); };
+    CHECK(at(overlap).force == doctest::Approx(4.0 / 3.0 * modulus * std::sqrt(radius) * std::pow(overlap, 1.5)));
+    CHECK(at(overlap).tangential == doctest::Approx(8.0 * shear * std::sqrt(radius * overlap)));
+    double const h = 1e-10;  // the energy's derivative is the force
+    CHECK((at(overlap + h).energy - at(overlap - h).energy) / (2 * h) == doctest::Approx(at(overlap).force));
+    CHECK(at(0.0).force == 0.0);
 }
 
 TEST_CASE("tangential_force: below the limit the spring is left alone")
 {
-    dem::TangentialForce const law = dem::make_tangential_force(1e4, 0.1, 0.5);
-    auto const r = law(1e-4, 0.01, 10.0, 1.0);
-    CHECK(r.force == doctest::Approx(1.0 + 2.0 * 0.1 * 100.0 * 0.01));
-    CHECK(r.spring == 1e-4);
+    auto const r = dem::limited(1.0, 0.2, 5.0);
+    CHECK(r.force == doctest::Approx(1.2));
+    CHECK(r.spring == 1.0);
     CHECK_FALSE(r.slides);
 }
 
 TEST_CASE("tangential_force: in sliding spring and dashpot together are the limit, either way")
 {
-    dem::TangentialForce const law = dem::make_tangential_force(1e4, 0.1, 0.5);
     for (double sign : {1.0, -1.0}) {
-        auto const r = law(sign * 1e-2, sign * 0.02, 10.0, 1.0);
+        auto const r = dem::limited(sign * 100.0, sign * 0.4, 5.0);
         CHECK(r.slides);
         CHECK(r.force == doctest::Approx(sign * 5.0));
-        CHECK(1e4 * r.spring + 2.0 * 0.1 * 100.0 * sign * 0.02 == doctest::Approx(sign * 5.0));
+        CHECK(r.spring + sign * 0.4 == doctest::Approx(sign * 5.0));
     }
+    auto const r = dem::limited(Vec3{3.0, 4.0, 0.0}, Vec3{}, 1.0);
+    CHECK(norm(r.force) == doctest::Approx(1.0));
+    CHECK(r.force.y == doctest::Approx(0.8));
 }
 
 TEST_CASE("tangential_force: a contact that is not pressed carries nothing")
 {
-    dem::TangentialForce const law = dem::make_tangential_force(1e4, 0.1, 0.5);
-    CHECK(law(1e-4, 0.01, 0.0, 1.0).force == 0.0);
+    CHECK(dem::limited(1.0, 0.1, 0.0).force == 0.0);
+    CHECK(dem::limited(0.0, 0.0, 0.0).force == 0.0);
+}
+
+TEST_CASE("vec: a spring is turned into the new tangent plane with its length kept, and about the normal")
+{
+    Vec3 const spring{3.0, 0.0, 4.0}, normal{0.0, 0.0, 1.0};
+    Vec3 const flat = dem::carried(spring, normal, 0.0);
+    CHECK(norm(flat) == doctest::Approx(5.0));
+    CHECK(dot(flat, normal) == 0.0);
+    CHECK(flat.x == doctest::Approx(5.0));
+    Vec3 const turned = dem::carried(Vec3{1.0, 0.0, 0.0}, normal, 1e-3);
+    CHECK(turned.y == doctest::Approx(1e-3));
+    CHECK(norm(turned) == doctest::Approx(1.0));
+    CHECK(dem::carried(Vec3{0.0, 0.0, 1.0}, normal, 0.0) == Vec3{});
 }
 
 TEST_CASE("restitution: the damping ratio for a restitution is found again")
 {
     for (double e : {0.2, 0.5, 0.787, 0.95, 1.0})
-        CHECK(dem::restitution(dem::damping_ratio_for(e)) == doctest::Approx(e).epsilon(1e-9));
+        for (bool const may_pull : {false, true})
+            CHECK(dem::restitution(dem::damping_ratio_for(e, may_pull), may_pull) == doctest::Approx(e).epsilon(1e-9));
 }
 
-TEST_CASE("restitution: the tangential mode of a disc shortens the contact time when it is the stiffer one")
+TEST_CASE("restitution: the tangential mode shortens the contact time when it is the stiffer one")
 {
     CHECK(dem::contact_time(1e6, 2e5, 1e-3) == doctest::Approx(dem::contact_time(1e6, 0.0, 1e-3)));
     CHECK(dem::contact_time(1e6, 1e6, 1e-3) == doctest::Approx(dem::contact_time(3e6, 0.0, 1e-3)));
+    CHECK(dem::contact_time(1e6, 1e6, 1e-3, 3) == doctest::Approx(dem::contact_time(3.5e6, 0.0, 1e-3)));
 }

@@ -11,13 +11,13 @@ using namespace unit;
 
 TEST_CASE("measures: the front is that of the main mass, the foremost grain that of all")
 {
-    dem::Setup s = setup(0.0);
+    dem::Setup<2> s = setup(0.0);
     add_wall(s, "floor", {0.0, 0.0}, {0.0, 1.0});
-    dem::Grains g;
+    dem::Grains<2> g;
     for (int k = 0; k < 5; ++k) g.add({(2 * k + 1) * 0.9999e-3, 0.9999e-3}, 1e-3, density);
-    g.add({0.05, 2e-3}, 1e-3, density, {0.3, 0.0});
-    dem::Solver const solver(s, g);
-    dem::Measures const m = dem::measure(solver);
+    g.add({0.05, 2e-3}, 1e-3, density, {{0.3, 0.0}, 0.0});
+    dem::Solver<2> const solver(s, g);
+    dem::Measures<2> const m = dem::measure(solver);
     CHECK(m.front == doctest::Approx(9 * 0.9999e-3 + 1e-3));
     CHECK(m.foremost == doctest::Approx(0.051));
     CHECK(m.height == doctest::Approx(1.9999e-3));
@@ -31,9 +31,11 @@ TEST_CASE("measures: the front is that of the main mass, the foremost grain that
 
 TEST_CASE("measures: packing fraction clips discs at the edges")
 {
-    dem::Grains g;
+    dem::Grains<2> g;
     g.add({0.0, 0.0}, 1.0, density);
-    CHECK(dem::packing_fraction(g, {-1.0, -1.0}, {1.0, 1.0}) == doctest::Approx(std::numbers::pi / 4.0).epsilon(2e-3));
-    CHECK(dem::packing_fraction(g, {0.0, 0.0}, {2.0, 2.0}) == doctest::Approx(std::numbers::pi / 16.0).epsilon(2e-3));
-    CHECK(dem::packing_fraction(g, {5.0, 0.0}, {6.0, 1.0}) == 0.0);
+    CHECK(dem::packing_fraction<2>(g, {-1.0, -1.0}, {1.0, 1.0}) ==
+          doctest::Approx(std::numbers::pi / 4.0).epsilon(2e-3));
+    CHECK(dem::packing_fraction<2>(g, {0.0, 0.0}, {2.0, 2.0}) ==
+          doctest::Approx(std::numbers::pi / 16.0).epsilon(2e-3));
+    CHECK(dem::packing_fraction<2>(g, {5.0, 0.0}, {6.0, 1.0}) == 0.0);
 }

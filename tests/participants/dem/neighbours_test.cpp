@@ -10,7 +10,7 @@
 namespace {
 
 //! Every pair by brute force, in the order of the list.
-void check_against_all(dem::Grains const& g, double reach)
+void check_against_all(dem::Grains<2> const& g, double reach)
 {
     std::vector<std::uint32_t> first, other;
     dem::find_pairs(g, reach, first, other);
@@ -19,7 +19,8 @@ void check_against_all(dem::Grains const& g, double reach)
     for (std::size_t i = 0; i < g.size(); ++i) {
         CHECK(first[i] == expected.size());
         for (std::size_t j = i + 1; j < g.size(); ++j) {
-            double const near = g.radius[i] + g.radius[j] + reach, dx = g.x[i] - g.x[j], dy = g.y[i] - g.y[j];
+            double const near = g.place[i].radius + g.place[j].radius + reach,
+                         dx = g.place[i].centre.x - g.place[j].centre.x, dy = g.place[i].centre.y - g.place[j].centre.y;
             if (dx * dx + dy * dy < near * near) expected.push_back(static_cast<std::uint32_t>(j));
         }
     }
@@ -37,12 +38,12 @@ TEST_CASE("neighbours: the grid finds what all pairs find")
 
 TEST_CASE("neighbours: a few grains flung far, coincident centres and a row")
 {
-    dem::Grains g = unit::loose(8, 3);
+    dem::Grains<2> g = unit::loose(8, 3);
     g.add({1e4, -2e4}, 1e-3, 2650.0);
     g.add({-3e5, 1.0}, 1e-3, 2650.0);
-    g.add({g.x[0], g.y[0]}, 1e-3, 2650.0);
+    g.add({g.place[0].centre.x, g.place[0].centre.y}, 1e-3, 2650.0);
     check_against_all(g, 1e-4);
-    dem::Grains row;
+    dem::Grains<2> row;
     for (int k = 0; k < 50; ++k) row.add({k * 1e-3, 0.0}, 0.5e-3, 2650.0);
     check_against_all(row, 1e-5);
     check_against_all({}, 1e-3);
@@ -50,24 +51,24 @@ TEST_CASE("neighbours: a few grains flung far, coincident centres and a row")
 
 TEST_CASE("neighbours: sizes that differ by a factor of ten")
 {
-    dem::Grains g = unit::loose(10, 4);
+    dem::Grains<2> g = unit::loose(10, 4);
     g.add({9e-3, 9e-3}, 8e-3, 2650.0);
     check_against_all(g, 2e-4);
 }
 
 TEST_CASE("neighbours: springs survive a rebuild, by pair and by wall")
 {
-    dem::Solver solver = unit::box();
+    dem::Solver<2> solver = unit::box();
     for (int n = 0; n < 30000; ++n) solver.step(unit::step);
-    auto const before = dem::springs_of(solver.state());
+    auto const before = dem::records_of(solver.state());
     REQUIRE(before.size() > 50);
-    dem::State state = solver.state();
+    dem::State<2> state = solver.state();
     dem::rebuild_lists(solver.setup(), state);
-    auto const after = dem::springs_of(state);
+    auto const after = dem::records_of(state);
     REQUIRE(after.size() == before.size());
     for (std::size_t k = 0; k < before.size(); ++k) {
         CHECK(after[k].first == before[k].first);
         CHECK(after[k].second == before[k].second);
-        CHECK(after[k].spring == before[k].spring);
+        CHECK(after[k].friction == before[k].friction);
     }
 }

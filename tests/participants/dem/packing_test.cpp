@@ -22,13 +22,11 @@ struct Folder
     ~Folder() { std::filesystem::remove_all(path); }
 };
 
-bool same(dem::Packing const& a, dem::Packing const& b)
+bool same(dem::Packing<2> const& a, dem::Packing<2> const& b)
 {
-    return a.x == b.x && a.y == b.y && a.radius == b.radius && a.kinetic_ratio == b.kinetic_ratio &&
-           std::equal(a.springs.begin(), a.springs.end(), b.springs.begin(), b.springs.end(),
-                      [](auto const& p, auto const& q) {
-                          return p.first == q.first && p.second == q.second && p.spring == q.spring;
-                      });
+    auto const same_place = [](auto const& p, auto const& q) { return p.centre == q.centre && p.radius == q.radius; };
+    return std::equal(a.place.begin(), a.place.end(), b.place.begin(), b.place.end(), same_place) &&
+           a.kinetic_ratio == b.kinetic_ratio && a.records == b.records;
 }
 
 }  // namespace
@@ -36,16 +34,16 @@ bool same(dem::Packing const& a, dem::Packing const& b)
 TEST_CASE("packing: settled, within its box, the same for the same seed, and quiet when the run starts from it")
 {
     dem::Config c = config();
-    dem::Packing const p = dem::pour_packing(c);
+    dem::Packing<2> const p = dem::pour_packing<2>(c);
     CHECK(p.kinetic_ratio <= dem::settled_kinetic_ratio);
-    CHECK(p.x.size() == 60);
-    CHECK_FALSE(p.springs.empty());
-    CHECK(same(p, dem::pour_packing(c)));
+    CHECK(p.place.size() == 60);
+    CHECK_FALSE(p.records.empty());
+    CHECK(same(p, dem::pour_packing<2>(c)));
     c.column->seed = 4;
-    CHECK_FALSE(same(p, dem::pour_packing(c)));
+    CHECK_FALSE(same(p, dem::pour_packing<2>(c)));
 
     c.walls.back().removed_at = 1e9;
-    dem::Solver solver = dem::make_solver(c, p);
+    dem::Solver<2> solver = dem::make_solver<2>(c, p);
     double weight = 0.0;
     for (double m : solver.grains().mass) weight += 9.81 * m;
     for (int n = 0; n < 5000; ++n) solver.step(c.step);
@@ -59,26 +57,26 @@ TEST_CASE("packing: written once, then read back bit for bit and a damaged file 
     dem::Config const c = config();
     std::vector<std::string> said;
     auto const progress = [&](std::string const& line) { said.push_back(line); };
-    dem::Packing const made = dem::prepare_packing(c, folder.path, progress);
+    dem::Packing<2> const made = dem::prepare_packing<2>(c, folder.path, progress);
     auto const file = folder.path / dem::packing_file_name(c);
     REQUIRE(std::filesystem::exists(file));
     CHECK_FALSE(said.empty());
     said.clear();
-    CHECK(same(made, dem::prepare_packing(c, folder.path, progress)));
+    CHECK(same(made, dem::prepare_packing<2>(c, folder.path, progress)));
     CHECK(said.empty());
 
     std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(200).put('x');
-    CHECK(same(made, dem::prepare_packing(c, folder.path, progress)));
+    CHECK(same(made, dem::prepare_packing<2>(c, folder.path, progress)));
     CHECK(said.at(0).find("damaged") != std::string::npos);
 
     std::filesystem::resize_file(file, 300);
     std::string damage;
-    CHECK_FALSE(dem::load_packing(file, damage));
+    CHECK_FALSE(dem::load_packing<2>(file, damage));
     CHECK(damage.find("damaged") != std::string::npos);
     std::filesystem::resize_file(file, 3);
-    CHECK_FALSE(dem::load_packing(file, damage));
+    CHECK_FALSE(dem::load_packing<2>(file, damage));
     damage.clear();
-    CHECK_FALSE(dem::load_packing(folder.path / "none.bin", damage));
+    CHECK_FALSE(dem::load_packing<2>(folder.path / "none.bin", damage));
     CHECK(damage.empty());
 }
 

@@ -12,45 +12,51 @@ namespace unit {
 
 inline constexpr double density = 2650.0, stiffness = 1e6;
 
-inline dem::Setup setup(double friction, dem::Vec2 gravity = {0.0, -9.81}, bool ledger = false)
+inline dem::ContactConfig contact(double friction, double damping_ratio = 0.2)
 {
-    dem::Setup s;
+    dem::ContactConfig c;
+    c.normal_stiffness = stiffness;
+    c.damping_ratio = damping_ratio;
+    c.tangential_stiffness = stiffness * 2.0 / 7.0;
+    c.tangential_damping = 0.2;
+    c.friction = friction;
+    return c;
+}
+
+inline dem::Setup<2> setup(double friction, dem::Vec2 gravity = {0.0, -9.81}, bool ledger = false)
+{
+    dem::Setup<2> s;
     s.gravity = gravity;
-    s.normal_force = dem::make_normal_force(stiffness, 0.2);
-    if (friction > 0.0) s.tangential_force = dem::make_tangential_force(stiffness * 2.0 / 7.0, 0.2, friction);
+    s.law = dem::contact_law(contact(friction));
     s.skin = 2e-4;
     s.features = {.friction = friction > 0.0, .ledger = ledger};
     return s;
 }
 
-inline void add_wall(dem::Setup& s, std::string const& name, dem::Vec2 point, dem::Vec2 normal)
+inline void add_wall(dem::Setup<2>& s, std::string const& name, dem::Vec2 point, dem::Vec2 normal)
 {
-    s.walls.push_back({.name = name,
-                       .point = point,
-                       .normal = normal,
-                       .normal_force = s.normal_force,
-                       .tangential_force = s.tangential_force});
+    s.walls.push_back({.name = name, .shape = dem::Plane<2>{point, normal}, .motion = {}, .law = s.law});
 }
 
 //! `side` x `side` discs of 1 to 1.8 mm at random places of cells of 1.9 mm.
-inline dem::Grains loose(int side, std::uint64_t seed, double speed = 0.0)
+inline dem::Grains<2> loose(int side, std::uint64_t seed, double speed = 0.0)
 {
     dem::Random random(seed);
-    dem::Grains g;
+    dem::Grains<2> g;
     for (int k = 0; k < side * side; ++k) {
         double const radius = random.uniform(0.5e-3, 0.9e-3), cell = 1.9e-3;
         double const x = (k % side) * cell + random.uniform(radius, cell - radius);
         double const y = (k / side) * cell + random.uniform(radius, cell - radius);
         double const vx = random.uniform(-speed, speed), vy = random.uniform(-speed, speed);
-        g.add({x, y}, radius, density, {vx, vy});
+        g.add({x, y}, radius, density, {{vx, vy}, 0.0});
     }
     return g;
 }
 
 //! A box of 12 x 12 falling grains with friction.
-inline dem::Solver box(bool ledger = false, double skin = 2e-4)
+inline dem::Solver<2> box(bool ledger = false, double skin = 2e-4)
 {
-    dem::Setup s = setup(0.5, {0.0, -9.81}, ledger);
+    dem::Setup<2> s = setup(0.5, {0.0, -9.81}, ledger);
     s.skin = skin;
     add_wall(s, "floor", {0.0, 0.0}, {0.0, 1.0});
     add_wall(s, "left", {0.0, 0.0}, {1.0, 0.0});
@@ -71,7 +77,7 @@ inline char const* const scene =
 
 inline dem::Config config(std::string const& text = scene)
 {
-    return dem::read_config(sluice::read_yaml(text, "grains.yaml"), {0.0, -9.81});
+    return dem::read_config(sluice::read_yaml(text, "grains.yaml"), 2, {0.0, -9.81, 0.0});
 }
 
 }  // namespace unit

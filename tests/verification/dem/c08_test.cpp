@@ -16,17 +16,17 @@ namespace {
 using namespace scenes;
 
 //! Discs of 1 to 1.8 mm on a jittered grid of `side` x `side` cells of 2.5 mm, velocities uniform in +-1 m/s.
-dem::Grains gas(int side, std::uint64_t seed)
+dem::Grains<2> gas(int side, std::uint64_t seed)
 {
     dem::Random random(seed);
-    dem::Grains g;
+    dem::Grains<2> g;
     double const cell = 2.5e-3;
     for (int i = 0; i < side * side; ++i) {
         double const radius = random.uniform(0.5e-3, 0.9e-3);
         double const x = (i % side) * cell + random.uniform(radius, cell - radius);
         double const y = (i / side) * cell + random.uniform(radius, cell - radius);
         double const vx = random.uniform(-1.0, 1.0), vy = random.uniform(-1.0, 1.0);
-        g.add({x, y}, radius, 2650.0, {vx, vy}, random.uniform(-1000.0, 1000.0));
+        g.add({x, y}, radius, 2650.0, {{vx, vy}, random.uniform(-1000.0, 1000.0)});
     }
     return g;
 }
@@ -37,16 +37,18 @@ struct Momentum
 {
     double x = 0.0, y = 0.0, angular = 0.0, scale = 0.0, angular_scale = 0.0;
 };
-Momentum momentum(dem::Grains const& g)
+Momentum momentum(dem::Grains<2> const& g)
 {
     Momentum p;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        p.x += g.mass[i] * g.vx[i];
-        p.y += g.mass[i] * g.vy[i];
-        double const orbital = g.mass[i] * (g.x[i] * g.vy[i] - g.y[i] * g.vx[i]), own = g.inertia[i] * g.spin[i];
+        p.x += g.mass[i] * g.motion[i].velocity.x;
+        p.y += g.mass[i] * g.motion[i].velocity.y;
+        double const orbital = g.mass[i] * (g.place[i].centre.x * g.motion[i].velocity.y -
+                                            g.place[i].centre.y * g.motion[i].velocity.x),
+                     own = g.inertia[i] * g.motion[i].spin;
         p.angular += orbital + own;
         p.angular_scale += std::abs(orbital) + std::abs(own);
-        p.scale += g.mass[i] * std::hypot(g.vx[i], g.vy[i]);
+        p.scale += g.mass[i] * std::hypot(g.motion[i].velocity.x, g.motion[i].velocity.y);
     }
     return p;
 }
@@ -58,15 +60,15 @@ struct Drift
 };
 Drift gas_drift(double steps_per_contact, int steps)
 {
-    dem::Setup s = setup({}, {}, 0.3e-3);
+    dem::Setup<2> s = setup<2>({}, {}, 0.3e-3);
     double const width = 14 * 2.5e-3, height = width + 2.5e-3;
     add_wall(s, {0.0, 0.0}, {1.0, 0.0});
     add_wall(s, {0.0, 0.0}, {0.0, 1.0});
     add_wall(s, {width, 0.0}, {-1.0, 0.0});
     add_wall(s, {0.0, height}, {0.0, -1.0});
-    dem::Grains g = gas(14, 7);
-    for (int k = 0; k < 4; ++k) g.add({(k + 0.5) * 2.5e-3, width + 1.25e-3}, 0.7e-3, 2650.0, {0.5, -0.5});
-    dem::Solver solver(s, g);
+    dem::Grains<2> g = gas(14, 7);
+    for (int k = 0; k < 4; ++k) g.add({(k + 0.5) * 2.5e-3, width + 1.25e-3}, 0.7e-3, 2650.0, {{0.5, -0.5}, 0.0});
+    dem::Solver<2> solver(s, g);
     double const start = solver.energies().held();
     Drift d;
     for (int n = 1; n <= steps; ++n) {
@@ -82,8 +84,8 @@ Drift gas_drift(double steps_per_contact, int steps)
 TEST_CASE("C08: contacts with friction and damping keep momentum and angular momentum")
 {
     verification::Stopwatch watch;
-    dem::Setup const s = setup({.damping_ratio = 0.2, .tangential_damping = 0.2, .friction = 0.5}, {}, 0.3e-3);
-    dem::Solver solver(s, gas(10, 3));
+    dem::Setup<2> const s = setup<2>({.damping_ratio = 0.2, .tangential_damping = 0.2, .friction = 0.5}, {}, 0.3e-3);
+    dem::Solver<2> solver(s, gas(10, 3));
     Momentum const before = momentum(solver.grains());
     for (int n = 0; n < 20000; ++n) solver.step(lightest_contact / 50.0);
     Momentum const after = momentum(solver.grains());
@@ -113,7 +115,7 @@ TEST_CASE("C08: the energy ledger of a damped, frictional collapse closes")
 {
     verification::Stopwatch watch;
     dem::Config const config = column(300, 1.0);
-    dem::Solver solver = dem::make_solver(config, dem::pour_packing(config), dem::Ledger::on);
+    dem::Solver<2> solver = dem::make_solver<2>(config, dem::pour_packing<2>(config), dem::Ledger::on);
     dem::Energies const start = solver.energies();
     double worst = 0.0;
     while (solver.time() < 0.3) {

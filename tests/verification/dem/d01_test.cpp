@@ -39,30 +39,30 @@ struct Outcome
 //! One collision at relative speed v; the first touch is `phase` of a step after a full step.
 Outcome collide(bool pair, double alpha, double dt, double v, double phase)
 {
-    dem::Setup s = setup({.damping_ratio = alpha});
-    dem::Grains g;
+    dem::Setup<2> s = setup<2>({.damping_ratio = alpha});
+    dem::Grains<2> g;
     double const gap = phase * dt * v;
     if (pair) {
-        add_body(g, {0.0, 0.0}, sphere_radius, sphere_mass, 0.4, {0.5 * v, 0.0});
-        add_body(g, {2.0 * sphere_radius + gap, 0.0}, sphere_radius, sphere_mass, 0.4, {-0.5 * v, 0.0});
+        add_body(g, {0.0, 0.0}, sphere_radius, sphere_mass, 0.4, {{0.5 * v, 0.0}, 0.0});
+        add_body(g, {2.0 * sphere_radius + gap, 0.0}, sphere_radius, sphere_mass, 0.4, {{-0.5 * v, 0.0}, 0.0});
     } else {
         add_wall(s, {0.0, 0.0}, {1.0, 0.0});
-        add_body(g, {sphere_radius + gap, 0.0}, sphere_radius, sphere_mass, 0.4, {-v, 0.0});
+        add_body(g, {sphere_radius + gap, 0.0}, sphere_radius, sphere_mass, 0.4, {{-v, 0.0}, 0.0});
     }
-    dem::Solver solver(s, g);
+    dem::Solver<2> solver(s, g);
     double before = 0.0, force = 0.0, release = 0.0;
     bool touched = false;
     for (int n = 0; n < 4000 && release == 0.0; ++n) {
         solver.step(dt);
         double const last = before;
         before = force;
-        force = std::abs(solver.grains().fx[0]);
+        force = std::abs(solver.grains().contact[0].force.x);
         touched = touched || force > 0.0;
         if (touched && force == 0.0)  // the line through the last two positive forces meets zero
             release = solver.time() - dt + dt * before / std::max(last - before, 1e-300) - phase * dt;
     }
-    auto const& vx = solver.grains().vx;
-    return {pair ? (vx[1] - vx[0]) / v : vx[0] / v, release};
+    auto const vx = [&](std::size_t i) { return solver.grains().motion[i].velocity.x; };
+    return {pair ? (vx(1) - vx(0)) / v : vx(0) / v, release};
 }
 
 struct Errors

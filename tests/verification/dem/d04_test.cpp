@@ -26,15 +26,15 @@ void check(std::string const& metric, double value, double reference, double mar
 }
 
 //! One body resting on a floor under a gravity that is turned by `slope` [rad], so that it runs towards +x.
-dem::Solver on_floor(double friction, double inertia_factor, double speed, double slope = 0.0)
+dem::Solver<2> on_floor(double friction, double inertia_factor, double speed, double slope = 0.0)
 {
-    dem::Setup s =
-        setup({.stiffness = stiffness, .damping_ratio = 0.3, .tangential_damping = 0.3, .friction = friction},
-              {gravity * std::sin(slope), -gravity * std::cos(slope)});
+    dem::Setup<2> s =
+        setup<2>({.stiffness = stiffness, .damping_ratio = 0.3, .tangential_damping = 0.3, .friction = friction},
+                 {gravity * std::sin(slope), -gravity * std::cos(slope)});
     add_wall(s, {0.0, 0.0}, {0.0, 1.0});
-    dem::Grains g;
+    dem::Grains<2> g;
     double const overlap = disc_mass * gravity * std::cos(slope) / stiffness;
-    add_body(g, {0.0, radius - overlap}, radius, disc_mass, inertia_factor, {speed, 0.0});
+    add_body(g, {0.0, radius - overlap}, radius, disc_mass, inertia_factor, {{speed, 0.0}, 0.0});
     return {s, g};
 }
 
@@ -43,14 +43,15 @@ double const dt = dem::contact_time(stiffness, stiffness * 2.0 / 7.0, disc_mass)
 void slide_to_roll(std::string const& body, double inertia_factor, double t_roll, double v_roll, double x_slide)
 {
     verification::Stopwatch watch;
-    dem::Solver solver = on_floor(0.3, inertia_factor, 1.0);
+    dem::Solver<2> solver = on_floor(0.3, inertia_factor, 1.0);
     auto const& g = solver.grains();
-    while (g.vx[0] + radius * g.spin[0] > 0.0) solver.step(dt);
+    while (g.motion[0].velocity.x + radius * g.motion[0].spin > 0.0) solver.step(dt);
     check(body + " slide->roll, t_roll [s]", solver.time(), t_roll, 0.01, watch);
-    check(body + " slide->roll, x_slide [m]", g.x[0], x_slide, 0.01, watch);
+    check(body + " slide->roll, x_slide [m]", g.place[0].centre.x, x_slide, 0.01, watch);
     while (solver.time() < 1.3 * t_roll) solver.step(dt);
-    check(body + " slide->roll, v_roll [m/s]", g.vx[0], v_roll, 0.01, watch);
-    double const ratio = g.vx[0] * g.vx[0] + inertia_factor * radius * radius * g.spin[0] * g.spin[0];
+    check(body + " slide->roll, v_roll [m/s]", g.motion[0].velocity.x, v_roll, 0.01, watch);
+    double const ratio = g.motion[0].velocity.x * g.motion[0].velocity.x +
+                         inertia_factor * radius * radius * g.motion[0].spin * g.motion[0].spin;
     check(body + " slide->roll, kinetic ratio", ratio, v_roll, 0.01, watch);
 }
 
@@ -58,14 +59,15 @@ void incline(std::string const& body, double inertia_factor, double degrees, dou
              double spin_rate)
 {
     verification::Stopwatch watch;
-    dem::Solver solver = on_floor(friction, inertia_factor, 0.0, degrees * std::numbers::pi / 180.0);
+    dem::Solver<2> solver = on_floor(friction, inertia_factor, 0.0, degrees * std::numbers::pi / 180.0);
     auto const& g = solver.grains();
     while (solver.time() < 0.02) solver.step(dt);
-    double const t = solver.time(), v = g.vx[0], w = g.spin[0];
+    double const t = solver.time(), v = g.motion[0].velocity.x, w = g.motion[0].spin;
     while (solver.time() < 0.2) solver.step(dt);
-    check(body + " on incline, acceleration [m/s2]", (g.vx[0] - v) / (solver.time() - t), a, 0.002, watch);
-    check(body + " on incline, turning [rad/s2]", std::abs(g.spin[0] - w) / (solver.time() - t), spin_rate, 0.002,
+    check(body + " on incline, acceleration [m/s2]", (g.motion[0].velocity.x - v) / (solver.time() - t), a, 0.002,
           watch);
+    check(body + " on incline, turning [rad/s2]", std::abs(g.motion[0].spin - w) / (solver.time() - t), spin_rate,
+          0.002, watch);
 }
 
 }  // namespace
@@ -87,17 +89,17 @@ TEST_CASE("D04: a body rolls or slips down an incline")
 TEST_CASE("D04: a bouncing body loses e^2 of its height at each bounce")
 {
     verification::Stopwatch watch;
-    dem::Setup s = setup({.stiffness = stiffness, .damping_ratio = dem::damping_ratio_for(0.8)}, {0.0, -gravity});
+    dem::Setup<2> s = setup<2>({.stiffness = stiffness, .damping_ratio = dem::damping_ratio_for(0.8)}, {0.0, -gravity});
     add_wall(s, {0.0, 0.0}, {0.0, 1.0});
-    dem::Grains g;
+    dem::Grains<2> g;
     add_body(g, {0.0, 0.5 + radius}, radius, disc_mass, 0.5);
-    dem::Solver solver(s, g);
+    dem::Solver<2> solver(s, g);
     double apex = 0.0, speed = 0.0;
     for (int n = 0; n < 4;) {
         solver.step(dt);
-        double const now = solver.grains().vy[0];
+        double const now = solver.grains().motion[0].velocity.y;
         if (speed > 0.0 && now <= 0.0) {
-            apex = solver.grains().y[0] - radius;
+            apex = solver.grains().place[0].centre.y - radius;
             ++n;
             if (n == 1) check("bounce e = 0.8, apex 1 [m]", apex, 0.32, 0.01, watch);
             if (n == 3) check("bounce e = 0.8, apex 3 [m]", apex, 0.131072, 0.01, watch);
@@ -110,14 +112,15 @@ TEST_CASE("D04: static overlap under a stack of six")
 {
     for (double factor : {1.0, 15.0}) {
         verification::Stopwatch watch;
-        dem::Setup s = setup({.stiffness = 1e6, .damping_ratio = 0.5}, {0.0, -gravity * factor});
+        dem::Setup<2> s = setup<2>({.stiffness = 1e6, .damping_ratio = 0.5}, {0.0, -gravity * factor});
         add_wall(s, {0.0, 0.0}, {0.0, 1.0});
-        dem::Grains g;
+        dem::Grains<2> g;
         for (int n = 0; n < 6; ++n) add_body(g, {0.0, (2 * n + 1) * sphere_radius}, sphere_radius, sphere_mass, 0.4);
-        dem::Solver solver(s, g);
+        dem::Solver<2> solver(s, g);
         double const step = dem::contact_time(1e6, 0.0, 0.5 * sphere_mass) / 50.0;
         for (int n = 0; n < 40000; ++n) solver.step(step);
         check("overlap at the floor of 6 grains, N = " + std::to_string(static_cast<int>(factor)) + " [m]",
-              sphere_radius - solver.grains().y[0], factor > 1.0 ? 6.272287751e-07 : 4.181525167e-08, 1e-6, watch);
+              sphere_radius - solver.grains().place[0].centre.y, factor > 1.0 ? 6.272287751e-07 : 4.181525167e-08, 1e-6,
+              watch);
     }
 }

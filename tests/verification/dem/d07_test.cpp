@@ -16,9 +16,9 @@ namespace {
 using namespace scenes;
 
 dem::Config const bed_config = column(1000, 0.8);
-dem::Packing const& bed()
+dem::Packing<2> const& bed()
 {
-    static dem::Packing const packing = dem::pour_packing(bed_config);
+    static dem::Packing<2> const packing = dem::pour_packing<2>(bed_config);
     return packing;
 }
 
@@ -28,19 +28,19 @@ TEST_CASE("D07: a disc between two walls keeps its period and its energy")
 {
     verification::Stopwatch watch;
     double const radius = 0.01, mass = 0.8, length = 0.1, v = 1.0;
-    dem::Setup s = setup({.stiffness = 1e6});
+    dem::Setup<2> s = setup<2>({.stiffness = 1e6});
     add_wall(s, {0.0, 0.0}, {1.0, 0.0});
     add_wall(s, {length, 0.0}, {-1.0, 0.0});
-    dem::Grains g;
-    add_body(g, {0.5 * length, 0.0}, radius, mass, 0.5, {v, 0.0});
-    dem::Solver solver(s, g);
+    dem::Grains<2> g;
+    add_body(g, {0.5 * length, 0.0}, radius, mass, 0.5, {{v, 0.0}, 0.0});
+    dem::Solver<2> solver(s, g);
     double const tc = dem::contact_time(1e6, 0.0, mass), dt = tc / 50.0, energy = 0.5 * mass * v * v;
     double const period = 2.0 * (length - 2.0 * radius) / v + 2.0 * tc;
-    double before = solver.grains().x[0], crossed = 0.0, spread = 0.0;
+    double before = solver.grains().place[0].centre.x, crossed = 0.0, spread = 0.0;
     int periods = 0;
     while (periods < 200) {
         solver.step(dt);
-        double const now = solver.grains().x[0];
+        double const now = solver.grains().place[0].centre.x;
         spread = std::max(spread, std::abs(solver.energies().held() / energy - 1.0));
         if (before < 0.5 * length && now >= 0.5 * length) {
             crossed = solver.time() - dt * (now - 0.5 * length) / (now - before);
@@ -62,14 +62,14 @@ TEST_CASE("D07: a settled bed rests on its walls")
     verification::Stopwatch watch;
     dem::Config config = bed_config;
     config.walls.back().removed_at = 1e9;  // the gate stays
-    dem::Solver solver = dem::make_solver(config, bed());
-    dem::Grains const& g = solver.grains();
+    dem::Solver<2> solver = dem::make_solver<2>(config, bed());
+    dem::Grains<2> const& g = solver.grains();
     double weight = 0.0, reaction = 0.0, kinetic = 0.0, walls = 0.0;
     for (double m : g.mass) weight += 9.81 * m;
     constexpr int steps = 5000;
     for (int n = 0; n < steps; ++n) {
         solver.step(config.step);
-        for (double f : g.fy) reaction += f / steps;
+        for (auto const& load : g.contact) reaction += load.force.y / steps;
         if (n % 500 == 0) kinetic = std::max(kinetic, dem::measure(solver).kinetic);
     }
     for (std::size_t w = 0; w < config.walls.size(); ++w) walls += dem::wall_reaction(solver, w).y;
@@ -84,12 +84,12 @@ TEST_CASE("D07: a settled bed rests on its walls")
 TEST_CASE("D07: packing fraction and coordination of a poured column")
 {
     verification::Stopwatch watch;
-    dem::Solver const solver = dem::make_solver(bed_config, bed());
-    dem::Measures const m = dem::measure(solver);
+    dem::Solver<2> const solver = dem::make_solver<2>(bed_config, bed());
+    dem::Measures<2> const m = dem::measure(solver);
     double const margin = 3.0 * 1.4e-3,
                  width = dem::column_width(bed_config);  // bulk: 3 d from walls, 4 d below the top
     double const fraction =
-        dem::packing_fraction(solver.grains(), {margin, margin}, {width - margin, m.height - margin - 1.4e-3});
+        dem::packing_fraction<2>(solver.grains(), {margin, margin}, {width - margin, m.height - margin - 1.4e-3});
     CHECK(verification::report({"D07", "packing fraction in the bulk (0.81 to 0.84)", fraction, 0.825,
                                 std::abs(fraction - 0.825), 0.015, watch.seconds()}));
     CHECK(verification::report({"D07", "coordination without rattlers, walls counted (3.5 to 4.2)", m.coordination,

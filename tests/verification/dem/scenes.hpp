@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <type_traits>
 
 #include "participants/dem/setup.hpp"
 
@@ -19,34 +20,39 @@ struct Contact
     bool ledger = false;
 };
 
-inline dem::Setup setup(Contact const& c, dem::Vec2 gravity = {}, double skin = 1e-3)
+template <int D = 2>
+dem::Setup<D> setup(Contact const& c, dem::Vec<D> gravity = {}, double skin = 1e-3)
 {
-    dem::Setup s;
+    dem::ContactConfig contact;
+    contact.normal_stiffness = c.stiffness;
+    contact.damping_ratio = c.damping_ratio;
+    contact.tangential_stiffness = c.tangential_ratio * c.stiffness;
+    contact.tangential_damping = c.tangential_damping;
+    contact.friction = c.friction;
+    dem::Setup<D> s;
     s.gravity = gravity;
-    s.normal_force = dem::make_normal_force(c.stiffness, c.damping_ratio);
-    if (c.friction > 0.0)
-        s.tangential_force =
-            dem::make_tangential_force(c.tangential_ratio * c.stiffness, c.tangential_damping, c.friction);
+    s.law = dem::contact_law(contact);
     s.skin = skin;
     s.features = {.friction = c.friction > 0.0, .ledger = c.ledger};
     return s;
 }
 
 //! A wall with the laws of the grains.
-inline void add_wall(dem::Setup& s, dem::Vec2 point, dem::Vec2 normal)
+template <int D>
+void add_wall(dem::Setup<D>& s, std::type_identity_t<dem::Vec<D>> point, std::type_identity_t<dem::Vec<D>> normal)
 {
     s.walls.push_back({.name = "wall " + std::to_string(s.walls.size()),
-                       .point = point,
-                       .normal = normal,
-                       .normal_force = s.normal_force,
-                       .tangential_force = s.tangential_force});
+                       .shape = dem::Plane<D>{point, normal},
+                       .motion = {},
+                       .law = s.law});
 }
 
 //! Adds a body of any mass and inertia factor I* (disc 1/2, sphere 2/5): the laws see only these numbers.
-inline void add_body(dem::Grains& g, dem::Vec2 centre, double radius, double mass, double inertia_factor,
-                     dem::Vec2 velocity = {}, double spin = 0.0)
+template <int D>
+void add_body(dem::Grains<D>& g, std::type_identity_t<dem::Vec<D>> centre, double radius, double mass,
+              double inertia_factor, dem::Motion<D> const& motion = {})
 {
-    std::size_t const id = g.add(centre, radius, 1.0, velocity, spin);
+    std::size_t const id = g.add(centre, radius, 1.0, motion);
     g.mass[id] = mass;
     g.inertia[id] = inertia_factor * mass * radius * radius;
 }
@@ -65,7 +71,7 @@ inline dem::Config column(int count, double aspect_ratio, double packing_frictio
         "column: {count: " +
         std::to_string(count) + ", aspect_ratio: " + std::to_string(aspect_ratio) +
         ", packing_friction: " + std::to_string(packing_friction) + "}\n";
-    return dem::read_config(sluice::read_yaml(text, "column.yaml"), {0.0, -9.81});
+    return dem::read_config(sluice::read_yaml(text, "column.yaml"), 2, {0.0, -9.81, 0.0});
 }
 
 }  // namespace scenes

@@ -1,0 +1,105 @@
+#include <cmath>
+
+#include "participants/dem/contact.hpp"
+#include "participants/dem/contacts.hpp"
+
+//! What the ledger reads from the contacts between two evaluations.
+namespace dem {
+namespace {
+
+//! Calls `visit(contact, overlap, law, motion of i, motion of j, history, slot)` for each listed contact of the pairs.
+template <int D, class Visit>
+void for_pairs(Setup<D> const& setup, State<D> const& state, Visit&& visit)
+{
+    Grains<D> const& g = state.grains;
+    for (std::size_t i = 0; i < g.size(); ++i)
+        for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
+            std::size_t const j = state.pairs.other[slot];
+            Vec<D> const apart = g.place[i].centre - g.place[j].centre;
+            double const distance = norm(apart), ri = g.place[i].radius, rj = g.place[j].radius;
+            visit(contact_of<D>(apart, distance, ri, rj), ri + rj - distance, setup.law, g.motion[i], g.motion[j],
+                  state.pairs.history, slot);
+        }
+}
+template <int D, class Visit>
+void for_wall(Setup<D> const& setup, State<D> const& state, std::size_t w, Visit&& visit)
+{
+    Grains<D> const& g = state.grains;
+    WallContacts<D> const& contacts = state.walls[w];
+    Motion<D> wall{};
+    wall.velocity = contacts.velocity;
+    std::visit(
+        [&](auto const& shape) {
+            for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
+                std::size_t const i = contacts.grain[k];
+                Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift, contacts.facet[k]);
+                visit(contact_with_wall<D>(at.normal, g.place[i].radius), g.place[i].radius - at.distance,
+                      setup.walls[w].law, g.motion[i], wall, contacts.history, k);
+            }
+        },
+        setup.walls[w].shape);
+}
+
+auto stiffness(Elasticity elasticity, ContactLaw const& law, double overlap, double radius) noexcept
+{
+    return elasticity == Elasticity::linear ? stiffness_at<Elasticity::linear>(law, overlap, radius)
+                                            : stiffness_at<Elasticity::hertz>(law, overlap, radius);
+}
+
+//! A visitor that adds elastic energies to `sum`.
+template <int D>
+auto adding(Features const& features, Elastic& sum)
+{
+    return [&features, &sum](Contact<D> const& c, double overlap, ContactLaw const& law, Motion<D> const&,
+                             Motion<D> const&, History<D> const& history, std::size_t at) {
+        if (overlap <= 0.0) return;
+        Stiffness const s = stiffness(features.elasticity, law, overlap, c.effective);
+        sum.normal += s.energy;
+        if (features.friction) sum.tangential += spring_energy(history.friction[at], s.tangential);
+        if (features.rolling == Rolling::elastic_plastic)
+            sum.rolling += spring_energy(history.rolling[at], law.rolling.stiffness * s.tangential);
+    };
+}
+
+}  // namespace
+
+template <int D>
+void evaluate_lossy_power(Setup<D> const& setup, State<D>& state) noexcept
+{
+    LossyPower power;
+    auto const add = [&](Contact<D> const& c, double, ContactLaw const&, Motion<D> const& i, Motion<D> const& j,
+                         History<D> const& history, std::size_t at) {
+        Lossy<D> const& lossy = history.lossy[at];
+        power.normal += lossy.normal * c.closing(i, j);
+        (lossy.slides ? power.sliding : power.tangential) += dot(lossy.tangential, c.slip(i, j));
+        power.rolling += dot(lossy.rolling, c.roll(i, j));
+    };
+    for_pairs<D>(setup, state, add);
+    for (std::size_t w = 0; w < setup.walls.size(); ++w) for_wall<D>(setup, state, w, add);
+    state.power = power;
+}
+
+template <int D>
+Elastic elastic_energy_of_pairs(Setup<D> const& setup, State<D> const& state) noexcept
+{
+    Elastic sum;
+    for_pairs<D>(setup, state, adding<D>(setup.features, sum));
+    return sum;
+}
+
+template <int D>
+Elastic elastic_energy_of_wall(Setup<D> const& setup, State<D> const& state, std::size_t w) noexcept
+{
+    Elastic sum;
+    for_wall<D>(setup, state, w, adding<D>(setup.features, sum));
+    return sum;
+}
+
+template void evaluate_lossy_power<2>(Setup<2> const&, State<2>&) noexcept;
+template void evaluate_lossy_power<3>(Setup<3> const&, State<3>&) noexcept;
+template Elastic elastic_energy_of_pairs<2>(Setup<2> const&, State<2> const&) noexcept;
+template Elastic elastic_energy_of_pairs<3>(Setup<3> const&, State<3> const&) noexcept;
+template Elastic elastic_energy_of_wall<2>(Setup<2> const&, State<2> const&, std::size_t) noexcept;
+template Elastic elastic_energy_of_wall<3>(Setup<3> const&, State<3> const&, std::size_t) noexcept;
+
+}  // namespace dem

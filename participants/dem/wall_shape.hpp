@@ -1,0 +1,93 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <variant>
+
+#include "participants/dem/vec.hpp"
+
+//! What walls look like and how they move. No physics.
+namespace dem {
+
+//! What a wall is to the centre of a grain.
+template <int D>
+struct Facing
+{
+    double distance;  //!< from the centre to the wall [m]; not positive: the centre is behind it
+    Vec<D> normal;    //!< unit vector from the wall to the grain
+};
+
+//! A half-space behind the plane (in the plane: line) through `point`, whose unit `normal` points to the grains.
+template <int D>
+struct Plane
+{
+    Vec<D> point;   //!< [m]
+    Vec<D> normal;  //!< unit vector
+
+    Facing<D> facing(Vec<D> centre, std::uint32_t) const noexcept { return {dot(centre - point, normal), normal}; }
+};
+
+//! A cylinder of unlimited length about `axis` (in the plane: a circle), grains inside or outside.
+template <int D>
+struct Cylinder
+{
+    Vec<D> point;         //!< of the axis [m]
+    Vec<D> axis;          //!< unit vector; {} in the plane
+    double radius = 0.0;  //!< [m]
+    bool inside = true;   //!< the grains are inside
+
+    Facing<D> facing(Vec<D> centre, std::uint32_t) const noexcept
+    {
+        Vec<D> const off = centre - point;
+        Vec<D> const radial = off - dot(off, axis) * axis;
+        double const length = norm(radial);
+        Vec<D> const out = length > 0.0 ? (1.0 / length) * radial : any_radial();
+        if (inside) return {radius - length, -out};
+        return {length - radius, out};
+    }
+
+ private:
+    Vec<D> any_radial() const noexcept  // on the axis every direction is as good as another
+    {
+        if constexpr (D == 2)
+            return {1.0, 0.0};
+        else {
+            Vec3 const trial = std::abs(axis.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+            Vec3 const flat = trial - dot(trial, axis) * axis;
+            return (1.0 / norm(flat)) * flat;
+        }
+    }
+};
+
+template <int D>
+using Shape = std::variant<Plane<D>, Cylinder<D>>;
+
+//! A wall's displacement over time:  from `begin` to `end` at `velocity`, and `amplitude` sin(2 pi f (t - begin)).
+template <int D>
+struct WallMotion
+{
+    Vec<D> velocity;                                       //!< [m/s]
+    Vec<D> amplitude;                                      //!< [m]
+    double frequency = 0.0;                                //!< [Hz]
+    double begin = 0.0;                                    //!< [s]
+    double end = std::numeric_limits<double>::infinity();  //!< [s]; the wall then stays where it is
+
+    bool moves() const noexcept { return dot(velocity, velocity) > 0.0 || dot(amplitude, amplitude) > 0.0; }
+
+    Vec<D> shift(double time) const noexcept
+    {
+        double const since = std::min(std::max(time, begin), end) - begin;
+        return since * velocity + std::sin(2.0 * std::numbers::pi * frequency * since) * amplitude;
+    }
+    Vec<D> speed(double time) const noexcept
+    {
+        if (time < begin || time > end) return {};
+        double const turns = 2.0 * std::numbers::pi * frequency;
+        return velocity + turns * std::cos(turns * (time - begin)) * amplitude;
+    }
+};
+
+}  // namespace dem
