@@ -253,6 +253,14 @@ State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_
     Taker taker{kept};
     bool const walls = kept.integer("walls") == static_cast<std::int64_t>(setup.walls.size());
     if (walls) visit(taker, state);
+    Pairs<D>& pairs = state.pairs;  // what the list says anew
+    if (is_consistent(state, grains, setup.features)) {
+        pairs.owner.resize(pairs.other.size());
+        for (std::size_t i = 0; i < grains; ++i)
+            std::fill(pairs.owner.begin() + pairs.first[i], pairs.owner.begin() + pairs.first[i + 1],
+                      static_cast<std::uint32_t>(i));
+        pairs.touched.assign(pairs.other.size(), 1);
+    }
     sluice::require(walls && taker.ok && is_consistent(state, grains, setup.features), [&] {
         return sluice::Error("dem: the checkpoint is not a state of " + std::to_string(grains) + " grains and " +
                                  std::to_string(setup.walls.size()) +

@@ -155,11 +155,14 @@ void rebuild_pairs(Setup<D> const& setup, State<D>& state)
     find_pairs(state.grains, setup.skin, pairs.first, pairs.other);
     pairs.history = history_of<D>(setup.features, pairs.other.size());
     pairs.sqrt_mass.resize(pairs.other.size());
+    pairs.owner.resize(pairs.other.size());
+    pairs.touched.assign(pairs.other.size(), 1);
     auto const& mass = state.grains.mass;
     for (std::size_t i = 0; i < mass.size(); ++i) {
         std::uint32_t from = old.first.empty() ? 0 : old.first[i];
         std::uint32_t const end = old.first.empty() ? 0 : old.first[i + 1];
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
+            pairs.owner[slot] = static_cast<std::uint32_t>(i);
             double const other = mass[pairs.other[slot]];
             pairs.sqrt_mass[slot] = setup.absolute_damping ? 1.0 : std::sqrt(mass[i] * other / (mass[i] + other));
             while (from < end && old.other[from] < pairs.other[slot]) ++from;  // both rows are ascending

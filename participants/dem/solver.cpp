@@ -58,12 +58,13 @@ double smallest_radius(Grains<D> const& g)
 
 template <int D>
 Solver<D>::Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> const> records)
-    : setup_(std::move(setup)), evaluate_(evaluation_for<D>(setup_.features)), smallest_radius_(smallest_radius(grains))
+    : setup_(std::move(setup)), evaluate_(evaluation_for<D>(setup_.features))
 {
     sluice::require(evaluate_ != nullptr,
                     [] { return sluice::Error("dem: this set of features is not compiled. Add it in contacts.cpp."); });
     check_inside(setup_, grains);
     state_.grains = std::move(grains);
+    derive();
     state_.walls.resize(setup_.walls.size());
     for (std::size_t w = 0; w < setup_.walls.size(); ++w) {
         state_.walls[w].shift = setup_.walls[w].motion.shift(0.0);
@@ -72,6 +73,20 @@ Solver<D>::Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> c
     rebuild_lists(setup_, state_);
     set_records(state_, records);
     evaluate_again();
+}
+
+//! What follows from the grains and does not change.
+template <int D>
+void Solver<D>::derive()
+{
+    Grains<D> const& g = state_.grains;
+    smallest_radius_ = smallest_radius(g);
+    per_mass_.resize(g.size());
+    per_inertia_.resize(g.size());
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        per_mass_[i] = 1.0 / g.mass[i];
+        per_inertia_[i] = 1.0 / g.inertia[i];
+    }
 }
 
 //! The forces as they are, without a step.
@@ -111,6 +126,17 @@ bool Solver<D>::walls_have_moved() const
     return false;
 }
 
+//! All that acts on a grain; nobody's loads are not looked at.
+template <int D>
+auto Solver<D>::loads() const
+{
+    return [contact = state_.grains.contact.data(),
+            external = setup_.loads ? state_.grains.external.data() : nullptr](std::size_t i) -> Load<D> {
+        if (!external) return contact[i];
+        return {contact[i].force + external[i].force, contact[i].torque + external[i].torque};
+    };
+}
+
 template <int D>
 void Solver<D>::drift(double dt)
 {
@@ -119,13 +145,16 @@ void Solver<D>::drift(double dt)
     Vec<D> const fall = half * setup_.gravity;
     double const near = 0.25 * setup_.skin * setup_.skin, far = smallest_radius_ * smallest_radius_;
     std::size_t const count = g.size();
+    bool const predicts = setup_.features.scheme == Scheme::predicted;
+    auto const load_on = loads();
     std::size_t moved = 0, fast = 0;
     for (std::size_t i = 0; i < count; ++i) {
-        Vec<D> const kick = fall + (half / g.mass[i]) * (g.contact[i].force + g.external[i].force);
-        Spin<D> const turn = (half / g.inertia[i]) * (g.contact[i].torque + g.external[i].torque);
+        Load<D> const load = load_on(i);
+        Vec<D> const kick = fall + (half * per_mass_[i]) * load.force;
+        Spin<D> const turn = (half * per_inertia_[i]) * load.torque;
         Motion<D> const now{g.motion[i].velocity + kick, g.motion[i].spin + turn};
         g.half[i] = now;
-        g.motion[i] = {now.velocity + kick, now.spin + turn};
+        if (predicts) g.motion[i] = {now.velocity + kick, now.spin + turn};
         Vec<D> const step = dt * now.velocity;
         g.place[i].centre += step;
         Vec<D> const since = g.place[i].centre - state_.built[i];
@@ -152,11 +181,13 @@ void Solver<D>::kick(double dt)
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
     Vec<D> const fall = half * setup_.gravity;
+    auto const load_on = loads();
     std::size_t const count = g.size();
     for (std::size_t i = 0; i < count; ++i) {
         Motion<D> const& h = g.half[i];
-        g.motion[i] = {h.velocity + (fall + (half / g.mass[i]) * (g.contact[i].force + g.external[i].force)),
-                       h.spin + (half / g.inertia[i]) * (g.contact[i].torque + g.external[i].torque)};
+        Load<D> const load = load_on(i);
+        g.motion[i] = {h.velocity + (fall + (half * per_mass_[i]) * load.force),
+                       h.spin + (half * per_inertia_[i]) * load.torque};
     }
 }
 
@@ -174,6 +205,7 @@ void Solver<D>::book_step(double dt)
     state_.booked.tangential_dashpot += 0.5 * dt * (before.tangential + now.tangential);
     state_.booked.sliding += 0.5 * dt * (before.sliding + now.sliding);
     state_.booked.rolling += 0.5 * dt * (before.rolling + now.rolling);
+    if (!setup_.loads) return;
     double power = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i)
         power += dot(g.external[i].force, g.half[i].velocity) + dot(g.external[i].torque, g.half[i].spin);
@@ -212,7 +244,7 @@ template <int D>
 void Solver<D>::restore(State<D> state)
 {
     state_ = std::move(state);
-    smallest_radius_ = smallest_radius(state_.grains);
+    derive();
 }
 
 namespace {
@@ -261,6 +293,7 @@ void set_records(State<D>& state, std::span<ContactRecord<D> const> records)
         if (!history.friction.empty()) history.friction[at] = found->friction;
         if (!history.rolling.empty()) history.rolling[at] = found->rolling;
     });
+    std::fill(state.pairs.touched.begin(), state.pairs.touched.end(), std::uint8_t{1});
 }
 
 template struct Grains<2>;

@@ -41,6 +41,8 @@ class Solver
     void restore(State<D> state);
 
  private:
+    void derive();
+    auto loads() const;
     void remove_walls(double now);
     bool walls_have_moved() const;
     void drift(double dt);
@@ -52,6 +54,7 @@ class Solver
     State<D> state_;
     Evaluate<D> evaluate_ = nullptr;
     double smallest_radius_ = 0.0;
+    std::vector<double> per_mass_, per_inertia_;  //!< [1/kg], [1/(kg m2)]
 };
 
 template <int D>

@@ -110,8 +110,9 @@ struct Pairs
 {
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> other;
-    std::vector<std::uint8_t> image;  //!< of the other in a periodic box (see periodic.hpp); empty without one
-    std::vector<double> sqrt_mass;    //!< sqrt(m*) [sqrt(kg)]
+    std::vector<std::uint32_t> owner;   //!< i of each slot
+    std::vector<std::uint8_t> touched;  //!< 0: has no history; a hint for the packed loop
+    std::vector<double> sqrt_mass;      //!< sqrt(m*) [sqrt(kg)]
     History<D> history;
 };
 
@@ -160,6 +161,14 @@ struct LossyPower
     double normal = 0.0, tangential = 0.0, sliding = 0.0, rolling = 0.0;
 };
 
+//! What a contact that began within the step gives to a grain's half-step motion.
+template <int D>
+struct Push
+{
+    std::uint32_t grain;
+    Motion<D> motion;
+};
+
 //! What changes during a run.
 template <int D>
 struct State
@@ -173,6 +182,7 @@ struct State
     std::int64_t rebuilds = 0;
     Booked booked;
     LossyPower power;
+    std::vector<Push<D>> pushes;  //!< empty between steps
 };
 
 //! What a scene needs; chosen once per run.
@@ -195,6 +205,8 @@ struct Setup
     std::vector<Wall<D>> walls;
     double skin = 0.0;              //!< reach of the neighbour list beyond contact [m]
     bool absolute_damping = false;  //!< dashpots in N s/m, whatever the masses (LIGGGHTS' order only)
+    bool loads = true;              //!< somebody may set grains.external
+    bool plain = false;             //!< pairs one at a time: the oracle of the packed loop
     Features features;
 };
 

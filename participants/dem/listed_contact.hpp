@@ -1,0 +1,120 @@
+#pragma once
+
+#include "participants/dem/contact.hpp"
+
+//! One listed contact of a run: its laws, its history, and what it adds to the grains.
+namespace dem {
+
+//! Gives a grain its share of a fresh contact's impulse, once all contacts are evaluated; `sign` is +1 for i, -1 for j.
+template <int D>
+void push(State<D>& state, std::size_t i, double sign, double arm, Contact<D> const& c, Forces<D> const& f) noexcept
+{
+    Grains<D> const& g = state.grains;
+    Motion<D> motion{};
+    motion.velocity = (sign / g.mass[i]) * (f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal));
+    motion.spin = (arm / g.inertia[i]) * torque_of(f.impulse_t, c.normal);
+    state.pushes.push_back({static_cast<std::uint32_t>(i), motion});
+}
+
+template <Features F, int D>
+Memory<D> memory_of(History<D> const& history, std::size_t at) noexcept
+{
+    Memory<D> m;
+    if constexpr (F.friction) m.friction = history.friction[at];
+    if constexpr (F.rolling == Rolling::elastic_plastic) m.rolling = history.rolling[at];
+    return m;
+}
+template <Features F, int D>
+void remember(History<D>& history, std::size_t at, Memory<D> const& m) noexcept
+{
+    if constexpr (F.friction) history.friction[at] = m.friction;
+    if constexpr (F.rolling == Rolling::elastic_plastic) history.rolling[at] = m.rolling;
+}
+
+//! Turns the memory of a contact with it (space only). LIGGGHTS only projects it.
+template <Features F, int D>
+void carry(Memory<D>& m, Contact<D> const& c, double dt, Motion<D> const& hi, Motion<D> const& hj) noexcept
+{
+    if constexpr (D == 3 && F.friction) {
+        if constexpr (F.scheme == Scheme::liggghts) {
+            m.friction = along(m.friction, c.normal);
+        } else {
+            double const twist = dt * twist_of(hi.spin, hj.spin, c.normal);
+            m.friction = carried(m.friction, c.normal, twist);
+            if constexpr (F.rolling == Rolling::elastic_plastic) m.rolling = carried(m.rolling, c.normal, twist);
+        }
+    }
+}
+
+//! The laws on one listed contact that touches. Returns what acts; writes the history.
+template <Features F, int D, class Turning>
+Forces<D> act(ContactLaw const& law, Contact<D> const& c, double overlap, double sqrt_mass, double dt,
+              Motion<D> const& vi, Motion<D> const& vj, Motion<D> const& hi, Motion<D> const& hj, Turning&& turning,
+              History<D>& history, std::size_t at, Books& books) noexcept
+{
+    auto const touching = touching_of<F>(c, overlap, sqrt_mass, dt, vi, vj, hi, hj);
+    Memory<D> memory = memory_of<F>(history, at);
+    carry<F>(memory, c, dt, hi, hj);
+    Forces<D> const f = contact_forces<F>(law, dt, touching, turning, memory, books);
+    remember<F>(history, at, memory);
+    if constexpr (F.ledger) history.lossy[at] = f.lossy;
+    return f;
+}
+
+//! Forgets a listed contact that does not touch.
+template <Features F, int D>
+void forget(ContactLaw const& law, Contact<D> const& c, double overlap, double dt, Motion<D> const& hi,
+            Motion<D> const& hj, History<D>& history, std::size_t at, Books& books) noexcept
+{
+    if constexpr (F.ledger) {
+        Memory<D> const memory = memory_of<F>(history, at);
+        book_opening<F>(law, c, overlap, dt * c.closing(hi, hj), dt * c.slip(hi, hj), memory, books);
+        history.lossy[at] = {};
+    }
+    remember<F>(history, at, Memory<D>{});
+}
+
+//! A listed pair, plainly: forces and torques on both, or its history forgotten if it does not touch.
+template <Features F, int D>
+void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t slot, double dt, Books& books) noexcept
+{
+    Grains<D>& g = state.grains;
+    Pairs<D>& pairs = state.pairs;
+    auto const& late = F.scheme == Scheme::liggghts ? g.half : g.motion;
+    std::size_t const j = pairs.other[slot];
+    double const ri = g.place[i].radius, rj = g.place[j].radius;
+    Vec<D> const apart = g.place[i].centre - g.place[j].centre;
+    double const reach = ri + rj, square = dot(apart, apart);
+    if (square >= reach * reach) {
+        double const distance = F.ledger ? std::sqrt(square) : 0.0;
+        forget<F>(law, contact_of<D>(apart, distance, ri, rj), reach - distance, dt, g.half[i], g.half[j],
+                  pairs.history, slot, books);
+        return;
+    }
+    double const distance = std::sqrt(square);
+    Contact<D> c = contact_of<D>(apart, distance, ri, rj);
+    if constexpr (F.scheme == Scheme::liggghts) shorten_arms(c, ri, rj, reach - distance);
+    auto const turning = [&] { return c.arm_i * c.arm_i / g.inertia[i] + c.arm_j * c.arm_j / g.inertia[j]; };
+    Forces<D> const f = act<F>(law, c, reach - distance, pairs.sqrt_mass[slot], dt, late[i], late[j], g.half[i],
+                               g.half[j], turning, pairs.history, slot, books);
+    if (f.fresh) [[unlikely]] {
+        push(state, i, 1.0, c.arm_i, c, f);
+        push(state, j, -1.0, c.arm_j, c, f);
+    }
+    Vec<D> const force = f.normal * c.normal - vector_of(f.tangential, c.normal);
+    g.contact[i].force += force;
+    g.contact[j].force -= force;
+    if constexpr (F.friction) {
+        Spin<D> const torque = torque_of(f.tangential, c.normal);
+        Spin<D> on_i = c.arm_i * torque, on_j = c.arm_j * torque;
+        if constexpr (F.rolling != Rolling::none) {
+            Spin<D> const rolling = c.effective * torque_of(f.rolling, c.normal);
+            on_i = on_i - rolling;
+            on_j = on_j + rolling;
+        }
+        g.contact[i].torque = g.contact[i].torque + on_i;
+        g.contact[j].torque = g.contact[j].torque + on_j;
+    }
+}
+
+}  // namespace dem

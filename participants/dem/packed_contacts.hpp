@@ -1,0 +1,385 @@
+#pragma once
+
+#include <array>
+
+#include "participants/dem/listed_contact.hpp"
+#include "participants/dem/pack.hpp"
+
+//! The pairs of spheres four at a time. What is computed for one, and in which order it is added up, is add_pair()'s,
+//! to the last bit; that one stays the oracle (Setup::plain) and takes the contacts that begin within a step.
+//!
+//! First the listed pairs are sieved, four at a time, for those that touch. Then rows of the two grains (32 bytes:
+//! centre and radius, velocity, spin) are loaded and transposed, the laws evaluated on columns, and forces transposed
+//! back and added row by row.
+namespace dem {
+
+//! Whether pairs of these features are computed in packs.
+constexpr bool is_packed(Features const& f, int dimension)
+{
+    return dimension == 3 && f.elasticity == Elasticity::linear && f.friction && !f.ledger;
+}
+
+//! Four touching pairs.
+using Four = std::array<std::uint32_t, 4>;
+
+//! Four rows as columns.
+struct Columns
+{
+    PackVec vector;
+    Pack last;  //!< the fourth number of each row
+};
+[[gnu::always_inline]] inline Columns columns(double const* a, double const* b, double const* c,
+                                              double const* d) noexcept
+{
+    Pack x = load(a), y = load(b), z = load(c), w = load(d);
+    transpose(x, y, z, w);
+    return {{x, y, z}, w};
+}
+template <class Row>
+[[gnu::always_inline]] inline Columns columns_of(std::vector<Row> const& rows, Four const& at,
+                                                 std::size_t offset = 0) noexcept
+{
+    auto const from = [&](std::uint32_t k) { return reinterpret_cast<double const*>(&rows[k]) + offset; };
+    return columns(from(at[0]), from(at[1]), from(at[2]), from(at[3]));
+}
+constexpr std::size_t of_spin = 4;  //!< where the spin is in a Motion<3>, the torque in a Load<3> [doubles]
+
+inline PackVec gathered(std::vector<Vec3> const& from, Four const& slot) noexcept
+{
+    PackVec v;
+    Pack rows[4];
+    for (std::size_t k = 0; k < 4; ++k) rows[k] = Pack{from[slot[k]].x, from[slot[k]].y, from[slot[k]].z, 0.0};
+    transpose(rows[0], rows[1], rows[2], rows[3]);
+    v.x = rows[0], v.y = rows[1], v.z = rows[2];
+    return v;
+}
+inline void scatter(PackVec v, std::vector<Vec3>& to, Four const& slot) noexcept
+{
+    Pack w{};
+    transpose(v.x, v.y, v.z, w);
+    Pack const rows[4] = {v.x, v.y, v.z, w};
+    for (std::size_t k = 0; k < 4; ++k) to[slot[k]] = {rows[k][0], rows[k][1], rows[k][2]};
+}
+
+struct PackLimited
+{
+    PackVec force, spring;
+    PackMask slides;
+};
+//! As limited() in tangential_force.hpp.
+inline PackLimited limited(PackVec spring, PackVec dashpot, Pack limit) noexcept
+{
+    PackVec const trial = spring + dashpot;
+    Pack const square = dot(trial, trial);
+    PackMask const slides = square > limit * limit;
+    if (bits(slides) == 0) return {trial, spring, slides};
+    PackVec const force = (limit / root(square)) * trial;
+    return {either(slides, force, trial), either(slides, force - dashpot, spring), slides};
+}
+
+//! As carried() in vec.hpp.
+inline PackVec carried(PackVec tangent, PackVec normal, Pack twist) noexcept
+{
+    Pack const square = dot(tangent, tangent);
+    PackVec const turned = tangent + twist * cross(normal, tangent);
+    PackVec const flat = turned - dot(turned, normal) * normal;
+    Pack const left = dot(flat, flat);
+    return either(left > all(0.0), root(square / left) * flat, PackVec{});
+}
+
+//! A block of touching pairs between the passes: short loops whose turns do not wait for one another.
+constexpr std::size_t sieve_block = 512;  //!< listed pairs at a time: what they leave between passes fits the cache
+constexpr std::size_t most_fours = sieve_block / 4 + 1;
+
+struct FourPairs
+{
+    Four slot, i, j;
+};
+struct FourPlaces
+{
+    PackVec normal;
+    Pack overlap, arm_i, arm_j, effective;
+};
+struct FourMotions
+{
+    Pack half_closing, closing;  //!< over the step; at the velocities the dashpots see
+    PackVec half_slip, slip, half_roll, roll;
+    Pack spin;   //!< |wi - wj|^2; LIGGGHTS' constant torque only
+    Pack twist;  //!< of the two together about the normal, over the step [rad]
+};
+struct FourForces
+{
+    PackVec force, on_i, on_j;
+};
+
+template <Features F>
+inline FourPlaces places_of(Grains<3> const& g, FourPairs const& p) noexcept
+{
+    FourPlaces f;
+    Columns const pi = columns_of(g.place, p.i), pj = columns_of(g.place, p.j);
+    Pack const ri = pi.last, rj = pj.last, reach = ri + rj;
+    PackVec const apart = pi.vector - pj.vector;
+    Pack const distance = root(dot(apart, apart));
+    f.overlap = reach - distance;
+    f.normal = (all(1.0) / distance) * apart;
+    if constexpr (F.scheme == Scheme::predicted) {
+        Pack const share = distance / reach;
+        f.arm_i = ri * share, f.arm_j = rj * share;
+    } else {
+        f.arm_i = ri - all(0.5) * f.overlap, f.arm_j = rj - all(0.5) * f.overlap;
+    }
+    if constexpr (F.rolling != Rolling::none) f.effective = ri * rj / reach;
+    return f;
+}
+
+//! Relative velocities and weighted sums of spins of four contacts, at one time.
+struct FourRates
+{
+    PackVec velocity;  //!< vi - vj
+    PackVec levers;    //!< li wi + lj wj
+    PackVec spin;      //!< wi - wj
+};
+inline FourRates rates_of(std::vector<Motion<3>> const& motion, FourPairs const& p, FourPlaces const& at) noexcept
+{
+    PackVec const wi = columns_of(motion, p.i, of_spin).vector, wj = columns_of(motion, p.j, of_spin).vector;
+    return {columns_of(motion, p.i).vector - columns_of(motion, p.j).vector, at.arm_i * wi + at.arm_j * wj, wi - wj};
+}
+
+//! `twice`: wi + wj at the half step.
+template <Features F>
+inline FourMotions motions_of(FourPlaces const& at, FourRates const& half, FourRates const& late, PackVec twice,
+                              double dt) noexcept
+{
+    FourMotions m;
+    PackVec const n = at.normal;
+    m.half_closing = -dot(half.velocity, n);
+    m.half_slip = along(half.velocity, n) - cross(half.levers, n);
+    if constexpr (F.rolling != Rolling::none) m.half_roll = m.roll = at.effective * cross(half.spin, n);
+    if constexpr (F.scheme == Scheme::liggghts) {
+        m.closing = m.half_closing;
+        m.slip = m.half_slip;
+        if constexpr (F.rolling == Rolling::constant) m.spin = dot(half.spin, half.spin);
+    } else {
+        m.twist = all(dt) * (all(0.5) * dot(twice, n));
+        m.closing = -dot(late.velocity, n);
+        m.slip = along(late.velocity, n) - cross(late.levers, n);
+        if constexpr (F.rolling != Rolling::none) m.roll = at.effective * cross(late.spin, n);
+    }
+    return m;
+}
+
+template <Features F>
+inline FourMotions motions_of(Grains<3> const& g, FourPairs const& p, FourPlaces const& at, double dt) noexcept
+{
+    FourRates const half = rates_of(g.half, p, at);
+    if constexpr (F.scheme == Scheme::liggghts) return motions_of<F>(at, half, half, PackVec{}, dt);
+    PackVec const twice = columns_of(g.half, p.i, of_spin).vector + columns_of(g.half, p.j, of_spin).vector;
+    return motions_of<F>(at, half, rates_of(g.motion, p, at), twice, dt);
+}
+
+template <Features F>
+inline PackVec rolling_of(ContactLaw const& law, Four const& slot, FourPlaces const& at, FourMotions const& m,
+                          Pack elastic, Pack press, Pack sqrt_mass, double dt, History<3>& history) noexcept
+{
+    Pack const friction = all(law.rolling.friction);
+    if constexpr (F.rolling == Rolling::constant) {
+        bool constexpr theirs = F.scheme == Scheme::liggghts;
+        Pack const square = theirs ? m.spin : dot(m.roll, m.roll);
+        Pack const rate = theirs ? root(square) * at.effective : root(square);
+        return either(square > all(0.0), (friction * (theirs ? elastic : press) / rate) * m.roll, PackVec{});
+    } else {
+        PackVec const held = carried(gathered(history.rolling, slot), at.normal, m.twist);
+        PackVec const stretched =
+            held + all(law.rolling.stiffness * law.tangential.stiffness) * (all(dt) * m.half_roll);
+        Pack const viscous = all(law.rolling.damping * std::sqrt(law.tangential.stiffness)) * sqrt_mass;
+        PackLimited const free = limited(stretched, viscous * m.roll, friction * press);
+        PackLimited const cut = limited(stretched, PackVec{}, friction * press);
+        scatter(either(free.slides, cut.spring, free.spring), history.rolling, slot);
+        return either(free.slides, cut.force, free.force);
+    }
+}
+
+template <Features F>
+inline FourForces forces_of(ContactLaw const& law, Four const& slot, FourPlaces const& at, FourMotions const& m,
+                            Pack sqrt_mass, double dt, History<3>& history) noexcept
+{
+    constexpr bool predicted = F.scheme == Scheme::predicted;
+    Pack const elastic = all(law.normal.stiffness) * at.overlap, floor = all(law.normal.floor);
+    Pack normal = elastic + all(law.normal.damping) * sqrt_mass * m.closing;
+    normal = either(normal > floor, normal, floor);
+    Pack const press = either(normal < all(0.0), -normal, normal);
+    PackVec spring = gathered(history.friction, slot);
+    spring = predicted ? carried(spring, at.normal, m.twist) : along(spring, at.normal);
+    spring = spring + all(law.tangential.stiffness) * (all(dt) * m.half_slip);
+    PackVec const dashpot = all(law.tangential.damping) * sqrt_mass * m.slip;
+    PackLimited const t = limited(spring, predicted ? dashpot : PackVec{}, all(law.tangential.friction) * press);
+    PackVec const friction = predicted ? t.force : either(t.slides, t.force, t.spring + dashpot);
+    scatter(t.spring, history.friction, slot);
+    PackVec const turn = cross(at.normal, friction);
+    FourForces f{normal * at.normal - friction, at.arm_i * turn, at.arm_j * turn};
+    if constexpr (F.rolling != Rolling::none) {
+        PackVec const resistance = rolling_of<F>(law, slot, at, m, elastic, press, sqrt_mass, dt, history);
+        PackVec const rolling = at.effective * cross(at.normal, resistance);
+        f.on_i = f.on_i - rolling;
+        f.on_j = f.on_j + rolling;
+    }
+    return f;
+}
+
+inline void add(FourForces f, FourPairs const& p, Grains<3>& g) noexcept
+{
+    Pack f3{}, i3{}, j3{};
+    transpose(f.force.x, f.force.y, f.force.z, f3);
+    transpose(f.on_i.x, f.on_i.y, f.on_i.z, i3);
+    transpose(f.on_j.x, f.on_j.y, f.on_j.z, j3);
+    Pack const force[4] = {f.force.x, f.force.y, f.force.z, f3}, on_i[4] = {f.on_i.x, f.on_i.y, f.on_i.z, i3},
+               on_j[4] = {f.on_j.x, f.on_j.y, f.on_j.z, j3};
+    for (std::size_t k = 0; k < 4; ++k) {
+        auto* const to_i = reinterpret_cast<double*>(&g.contact[p.i[k]]);
+        auto* const to_j = reinterpret_cast<double*>(&g.contact[p.j[k]]);
+        store(to_i, load(to_i) + force[k]);
+        store(to_i + of_spin, load(to_i + of_spin) + on_i[k]);
+        store(to_j, load(to_j) - force[k]);
+        store(to_j + of_spin, load(to_j + of_spin) + on_j[k]);
+    }
+}
+
+//! The listed pairs from `begin` to `end` that touch, appended to `touching` from `waiting` on; the history of those
+//! that have opened is forgotten. Returns how many there are then.
+template <Features F>
+std::size_t sieve(State<3>& state, std::size_t begin, std::size_t end, std::uint32_t* touching,
+                  std::size_t waiting) noexcept
+{
+    Grains<3> const& g = state.grains;
+    Pairs<3>& pairs = state.pairs;
+    auto const sort = [&](std::size_t slot, bool touches) {
+        touching[waiting] = static_cast<std::uint32_t>(slot);
+        waiting += touches;
+        if (pairs.touched[slot] != touches) [[unlikely]] {
+            pairs.touched[slot] = touches;
+            if (!touches) remember<F>(pairs.history, slot, Memory<3>{});
+        }
+    };
+    std::size_t const packs = begin + (end - begin) / 4 * 4;
+    for (std::size_t slot = begin; slot < packs; slot += 4) {
+        Four i, j;
+        std::memcpy(&i, &pairs.owner[slot], sizeof i);
+        std::memcpy(&j, &pairs.other[slot], sizeof j);
+        Columns const pi = columns_of(g.place, i), pj = columns_of(g.place, j);
+        PackVec const apart = pi.vector - pj.vector;
+        Pack const reach = pi.last + pj.last;
+        unsigned const near = bits(dot(apart, apart) < reach * reach);
+        for (std::size_t k = 0; k < 4; ++k) sort(slot + k, (near >> k & 1u) != 0);
+    }
+    for (std::size_t slot = packs; slot < end; ++slot) {
+        auto const &a = g.place[pairs.owner[slot]], &b = g.place[pairs.other[slot]];
+        Vec3 const apart = a.centre - b.centre;
+        double const reach = a.radius + b.radius;
+        sort(slot, dot(apart, apart) < reach * reach);
+    }
+    return waiting;
+}
+
+//! All listed pairs.
+template <Features F>
+void add_packed_pair_forces(Setup<3> const& setup, State<3>& state, double dt) noexcept
+{
+    ContactLaw const law = setup.law;
+    Grains<3>& g = state.grains;
+    Pairs<3>& pairs = state.pairs;
+    std::array<std::uint32_t, sieve_block + 8> touching;
+    std::array<FourPairs, most_fours> fours;
+    std::array<FourPlaces, most_fours> places;
+    std::array<FourMotions, most_fours> motions;
+    std::size_t waiting = 0;  // at the front of `touching`
+    Books none;
+    for (std::size_t begin = 0; begin < pairs.other.size(); begin += sieve_block) {
+        waiting = sieve<F>(state, begin, std::min(pairs.other.size(), begin + sieve_block), touching.data(), waiting);
+        std::size_t const count = waiting / 4;
+        for (std::size_t f = 0; f < count; ++f)
+            for (std::size_t k = 0; k < 4; ++k) {
+                std::uint32_t const slot = touching[4 * f + k];
+                fours[f].slot[k] = slot;
+                fours[f].i[k] = pairs.owner[slot];
+                fours[f].j[k] = pairs.other[slot];
+            }
+        for (std::size_t f = 0; f < count; ++f) places[f] = places_of<F>(g, fours[f]);
+        for (std::size_t f = 0; f < count; ++f) motions[f] = motions_of<F>(g, fours[f], places[f], dt);
+        for (std::size_t f = 0; f < count; ++f) {
+            Pack const overlap = places[f].overlap;
+            PackMask special = (overlap != overlap);  // centres that coincide
+            if constexpr (F.scheme == Scheme::predicted) special |= overlap < all(dt) * motions[f].half_closing;
+            if (bits(special) != 0) [[unlikely]] {
+                for (std::size_t k = 0; k < 4; ++k) add_pair<F>(law, state, fours[f].i[k], fours[f].slot[k], dt, none);
+            } else {
+                Four const& slot = fours[f].slot;
+                auto const& mass = pairs.sqrt_mass;
+                Pack const sqrt_mass{mass[slot[0]], mass[slot[1]], mass[slot[2]], mass[slot[3]]};
+                add(forces_of<F>(law, slot, places[f], motions[f], sqrt_mass, dt, pairs.history), fours[f], g);
+            }
+        }
+        std::copy(touching.begin() + static_cast<std::ptrdiff_t>(4 * count),
+                  touching.begin() + static_cast<std::ptrdiff_t>(waiting), touching.begin());
+        waiting -= 4 * count;
+    }
+    for (std::size_t k = 0; k < waiting; ++k) add_pair<F>(law, state, pairs.owner[touching[k]], touching[k], dt, none);
+}
+
+//! The contacts with a plane wall from the first on, four at a time; returns how many were done. `wall`: its velocity
+//! over the step and at its end. Adds to `total`, the force on all grains.
+template <Features F>
+std::size_t add_packed_wall_forces(Plane<3> const& plane, ContactLaw const& law, Grains<3>& g,
+                                   WallContacts<3>& contacts, Vec3 half_velocity, Vec3 late_velocity, double dt,
+                                   bool absolute_damping, Vec3& total) noexcept
+{
+    auto const spread = [](Vec3 v) { return PackVec{all(v.x), all(v.y), all(v.z)}; };
+    PackVec const n = spread(plane.normal), point = spread(plane.point), shift = spread(contacts.shift);
+    std::size_t const end = contacts.grain.size() / 4 * 4;
+    for (std::size_t begin = 0; begin < end; begin += 4) {
+        Four i, slot;
+        std::memcpy(&i, &contacts.grain[begin], sizeof i);
+        for (std::size_t k = 0; k < 4; ++k) slot[k] = static_cast<std::uint32_t>(begin + k);
+        Columns const place = columns_of(g.place, i);
+        FourPlaces at;
+        Pack const radius = place.last;
+        at.normal = n;
+        at.overlap = radius - dot((place.vector - shift) - point, n);
+        unsigned const touches = bits(at.overlap > all(0.0));
+        if (touches == 0) {
+            for (std::size_t k = 0; k < 4; ++k) remember<F>(contacts.history, slot[k], Memory<3>{});
+            continue;
+        }
+        at.arm_i = F.scheme == Scheme::liggghts ? radius - all(0.5) * at.overlap : radius;
+        at.effective = radius;
+        auto const rates = [&](std::vector<Motion<3>> const& motion, Vec3 of_wall) {
+            PackVec const spin = columns_of(motion, i, of_spin).vector;
+            return FourRates{columns_of(motion, i).vector - spread(of_wall), at.arm_i * spin, spin};
+        };
+        FourRates const half = rates(g.half, half_velocity);
+        FourRates const late = F.scheme == Scheme::liggghts ? half : rates(g.motion, late_velocity);
+        FourMotions const m = motions_of<F>(at, half, late, half.spin, dt);
+        if constexpr (F.scheme == Scheme::predicted)
+            if ((bits(at.overlap < all(dt) * m.half_closing) & touches) != 0) [[unlikely]]
+                return begin;
+        Pack const sqrt_mass =
+            absolute_damping ? all(1.0) : root(Pack{g.mass[i[0]], g.mass[i[1]], g.mass[i[2]], g.mass[i[3]]});
+        FourForces f = forces_of<F>(law, slot, at, m, sqrt_mass, dt, contacts.history);
+        Pack f3{}, i3{};
+        transpose(f.force.x, f.force.y, f.force.z, f3);
+        transpose(f.on_i.x, f.on_i.y, f.on_i.z, i3);
+        Pack const force[4] = {f.force.x, f.force.y, f.force.z, f3}, on_i[4] = {f.on_i.x, f.on_i.y, f.on_i.z, i3};
+        for (std::size_t k = 0; k < 4; ++k) {
+            if (!(touches >> k & 1u)) {
+                remember<F>(contacts.history, slot[k], Memory<3>{});
+                continue;
+            }
+            auto* const to = reinterpret_cast<double*>(&g.contact[i[k]]);
+            store(to, load(to) + force[k]);
+            store(to + of_spin, load(to + of_spin) + on_i[k]);
+            total += Vec3{force[k][0], force[k][1], force[k][2]};
+        }
+    }
+    return end;
+}
+
+}  // namespace dem
