@@ -97,7 +97,8 @@ ColumnConfig read_column(Reader r, int dimension)
 {
     ColumnConfig c;
     if (dimension == 3) {
-        c.container = static_cast<Container>(r.choice_or("container", 0, {"box", "quarter", "cylinder"}));
+        std::size_t const meant = r.has("container") && !r.has("depth") ? 1 : 0;  // if the word is wrong
+        c.container = static_cast<Container>(r.choice_or("container", meant, {"box", "quarter", "cylinder"}));
         if (c.container == Container::box) c.depth = r.number("depth", {.above = 0.0, .max = 1e6, .unit = "m"});
     }
     c.count = r.integer("count", {.min = 1, .max = 1e7});

@@ -185,7 +185,7 @@ inline void resist_rolling(ContactLaw const& law, Touching<D> const& c, Stiffnes
         if constexpr (F.ledger) {
             f.lossy.rolling = r.force - r.spring;
             books.rolling += spring_loss(memory.rolling, law.rolling.stiffness * before.tangential, r.spring, stiffness,
-                                         share * c.step_roll);
+                                         c.step_roll);
         }
         memory.rolling = r.spring;
     }
@@ -297,15 +297,17 @@ inline Forces<D> contact_forces(ContactLaw const& law, double dt, Touching<D> co
 //! A contact of the list that does not touch, and what the ledger books if it did one step ago: the springs' energy.
 template <Features F, int D>
 inline void book_opening(ContactLaw const& law, Contact<D> const& c, double overlap, double step_closing,
-                         Tangent<D> displacement, Memory<D> const& memory, Books& books) noexcept
+                         Tangent<D> slipped, Tangent<D> rolled, Memory<D> const& memory, Books& books) noexcept
 {
     double const before = overlap - step_closing;
     if (before <= 0.0) return;
     Stiffness const held = stiffness_at<F.elasticity>(law, before, c.effective);
     books.touch += 0.5 * held.force * step_closing + held.energy;
-    books.sliding += spring_loss(memory.friction, held.tangential, Tangent<D>{}, held.tangential, displacement);
-    if constexpr (F.rolling == Rolling::elastic_plastic)
-        books.rolling += spring_energy(memory.rolling, law.rolling.stiffness * held.tangential);
+    books.sliding += spring_loss(memory.friction, held.tangential, Tangent<D>{}, held.tangential, slipped);
+    if constexpr (F.rolling == Rolling::elastic_plastic) {
+        double const stiffness = law.rolling.stiffness * held.tangential;
+        books.rolling += spring_loss(memory.rolling, stiffness, Tangent<D>{}, stiffness, rolled);
+    }
 }
 
 }  // namespace dem

@@ -77,8 +77,10 @@ double read_friction(Reader& r, std::optional<double> fallback)
 ContactConfig read_contact(Reader r, std::optional<ContactConfig> const& fallback)
 {
     ContactConfig c = fallback.value_or(ContactConfig{});
-    if (!fallback)
-        c.elasticity = r.choice_or("law", 0, {"linear", "hertz"}) == 0 ? Elasticity::linear : Elasticity::hertz;
+    if (!fallback)  // where the word is wrong, what stands beside it tells which law was meant: one mistake, one
+                    // message
+        c.elasticity = static_cast<Elasticity>(
+            r.choice_or("law", r.has("law") && r.has("youngs_modulus") ? 1 : 0, {"linear", "hertz"}));
     c.may_pull = r.flag_or("may_pull", c.may_pull);
     if (c.elasticity == Elasticity::linear)
         read_linear(r, c, fallback.has_value());

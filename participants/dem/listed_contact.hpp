@@ -68,7 +68,8 @@ void forget(ContactLaw const& law, Contact<D> const& c, double overlap, double d
 {
     if constexpr (F.ledger) {
         Memory<D> const memory = memory_of<F>(history, at);
-        book_opening<F>(law, c, overlap, dt * c.closing(hi, hj), dt * c.slip(hi, hj), memory, books);
+        book_opening<F>(law, c, overlap, dt * c.closing(hi, hj), dt * c.slip(hi, hj), dt * c.roll(hi, hj), memory,
+                        books);
         history.lossy[at] = {};
     }
     remember<F>(history, at, Memory<D>{});

@@ -104,3 +104,87 @@ TEST_CASE("config: each mistake gives one clear message")
     CHECK_THROWS_WITH_AS(dem::read_config(sluice::read_yaml(scene, "grains.yaml"), 2, {9.81, 0.0, 0.0}),
                          doctest::Contains("gravity does not point down"), sluice::Error);
 }
+
+namespace {
+
+char const* const spheres =
+    "density: 2650\n"
+    "diameter: {min: 7.0e-3, max: 9.0e-3}\n"
+    "contact: {law: hertz, youngs_modulus: 1e7, poissons_ratio: 0.3, restitution: 0.6, friction: 0.4,"
+    " rolling_friction: 0.05}\n"
+    "walls:\n"
+    "  - {name: floor, point: [0, 0, 0], normal: [0, 0, 2], contact: {youngs_modulus: 5e7, friction: 0.2}}\n"
+    "  - {name: x, point: [0, 0, 0], normal: [1, 0, 0], friction: 0}\n"
+    "  - {name: y, point: [0, 0, 0], normal: [0, 1, 0]}\n"
+    "  - {name: drum, cylinder: {point: [0, 0, 0], axis: [0, 0, 3], radius: 1.5, grains: inside}, velocity: [0, 0, "
+    "0.1],"
+    " moves_until: 2}\n"
+    "column: {container: quarter, count: 200, aspect_ratio: 1}\n";
+
+dem::Config in_space(std::string const& text)
+{
+    return dem::read_config(sluice::read_yaml(text, "grains.yaml"), 3, {0.0, 0.0, -9.81});
+}
+
+std::string message_in_space(std::string const& from, std::string const& to)
+{
+    std::string text = spheres;
+    auto const at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    try {
+        in_space(text.replace(at, from.size(), to));
+    } catch (sluice::Error const& e) {
+        return e.what();
+    }
+    return {};
+}
+
+}  // namespace
+
+TEST_CASE("config: spheres with a law of Hertz, walls with their own matter, a cylinder that moves")
+{
+    dem::Config const c = in_space(spheres);
+    CHECK(c.contact.elasticity == dem::Elasticity::hertz);
+    CHECK(dem::restitution(c.contact.damping_ratio) == doctest::Approx(0.6));
+    CHECK(c.contact.tangential_damping == c.contact.damping_ratio);
+    CHECK(c.contact.rolling == dem::Rolling::elastic_plastic);
+    REQUIRE(c.walls.size() == 5);
+    CHECK(c.walls[0].normal == dem::Vec3{0, 0, 1});
+    CHECK(c.walls[0].contact.youngs_modulus == 5e7);
+    CHECK(c.walls[0].contact.poissons_ratio == 0.3);
+    CHECK(c.walls[0].contact.rolling_friction == 0.05);
+    CHECK(c.walls[1].contact.friction == 0.0);
+    CHECK(c.walls[3].radius == 1.5);
+    CHECK(c.walls[3].motion.shift(3.0).z == doctest::Approx(0.2));
+    CHECK(c.walls[4].name == "gate");
+    // a quarter of a cylinder as high as wide: N pi d3/6 / 0.61 = pi r^3 / 4, with the mean of d^3 of a uniform d
+    double const cube = (7e-3 + 9e-3) * (7e-3 * 7e-3 + 9e-3 * 9e-3) / 4.0;
+    CHECK(c.walls[4].radius == doctest::Approx(std::cbrt(200 * cube / 6.0 / 0.61 * 4.0)));
+    dem::ContactLaw const floor = dem::contact_law(c.walls[0].contact), grains = dem::contact_law(c.contact);
+    CHECK(floor.normal.stiffness == doctest::Approx(5.0 * grains.normal.stiffness));
+    CHECK(floor.rolling.friction == 0.05);
+    auto const setup = dem::make_setup<3>(c);
+    CHECK(setup.features.rolling == dem::Rolling::elastic_plastic);
+    CHECK(std::holds_alternative<dem::Cylinder<3>>(setup.walls[3].shape));
+}
+
+TEST_CASE("config: mistakes in space give one clear message each")
+{
+    auto const check = [](std::string const& from, std::string const& to, std::string const& part) {
+        std::string const message = message_in_space(from, to);
+        CHECK_MESSAGE(message.find(part) != std::string::npos, "\"" << message << "\" should hold \"" << part << "\"");
+        CHECK_MESSAGE(message.find('\n') == std::string::npos, message);
+    };
+    check("law: hertz", "law: hertzian", "Did you mean hertz?");
+    check("youngs_modulus: 1e7, ", "", "youngs_modulus");
+    check("poissons_ratio: 0.3", "poissons_ratio: 0.7", "poissons_ratio");
+    check("youngs_modulus: 1e7", "youngs_modulus: 1e7, normal_stiffness: 1e5", "normal_stiffness is not a key");
+    check("friction: 0.4, rolling_friction: 0.05", "friction: 0, rolling_friction: 0.05", "needs friction");
+    check("container: quarter, count", "container: box, count", "depth");
+    check("container: quarter", "container: cylindre", "Did you mean cylinder?");
+    check("normal: [0, 1, 0]", "normal: [0, -1, 0]", "missing: {point: [0, 0, 0], normal: [0, 1, 0]}");
+    check("normal: [0, 0, 2]", "normal: [0, 2]", "normal");
+    check("axis: [0, 0, 3]", "axis: [0, 0, 0]", "no length");
+    check("grains: inside", "grains: insde", "Did you mean inside?");
+    check("moves_until: 2", "moves_til: 2", "Did you mean moves_until?");
+}

@@ -10,7 +10,8 @@
 namespace {
 
 //! Every pair by brute force, in the order of the list.
-void check_against_all(dem::Grains<2> const& g, double reach)
+template <int D>
+void check_against_all(dem::Grains<D> const& g, double reach)
 {
     std::vector<std::uint32_t> first, other;
     dem::find_pairs(g, reach, first, other);
@@ -19,12 +20,25 @@ void check_against_all(dem::Grains<2> const& g, double reach)
     for (std::size_t i = 0; i < g.size(); ++i) {
         CHECK(first[i] == expected.size());
         for (std::size_t j = i + 1; j < g.size(); ++j) {
-            double const near = g.place[i].radius + g.place[j].radius + reach,
-                         dx = g.place[i].centre.x - g.place[j].centre.x, dy = g.place[i].centre.y - g.place[j].centre.y;
-            if (dx * dx + dy * dy < near * near) expected.push_back(static_cast<std::uint32_t>(j));
+            double const near = g.place[i].radius + g.place[j].radius + reach;
+            auto const apart = g.place[i].centre - g.place[j].centre;
+            if (dot(apart, apart) < near * near) expected.push_back(static_cast<std::uint32_t>(j));
         }
     }
     CHECK(other == expected);
+}
+
+//! Spheres of radii from 1 to `ratio` mm, evenly in their logarithm, anywhere in a box.
+dem::Grains<3> spheres(int count, double ratio, std::uint64_t seed)
+{
+    dem::Random random(seed);
+    dem::Grains<3> g;
+    double const side = 2e-3 * ratio * 3.0;
+    for (int k = 0; k < count; ++k) {
+        auto const at = [&] { return random.uniform(-side, side); };
+        g.add({at(), at(), at()}, 1e-3 * std::pow(ratio, random.uniform()), 2650.0);
+    }
+    return g;
 }
 
 }  // namespace
@@ -46,7 +60,7 @@ TEST_CASE("neighbours: a few grains flung far, coincident centres and a row")
     dem::Grains<2> row;
     for (int k = 0; k < 50; ++k) row.add({k * 1e-3, 0.0}, 0.5e-3, 2650.0);
     check_against_all(row, 1e-5);
-    check_against_all({}, 1e-3);
+    check_against_all(dem::Grains<2>{}, 1e-3);
 }
 
 TEST_CASE("neighbours: sizes that differ by a factor of ten")
@@ -54,6 +68,14 @@ TEST_CASE("neighbours: sizes that differ by a factor of ten")
     dem::Grains<2> g = unit::loose(10, 4);
     g.add({9e-3, 9e-3}, 8e-3, 2650.0);
     check_against_all(g, 2e-4);
+}
+
+TEST_CASE("neighbours: spheres, alike and of sizes that differ by a factor of twenty and of a hundred")
+{
+    check_against_all(spheres(400, 1.0, 1), 2e-4);
+    check_against_all(spheres(400, 1.8, 2), 2e-4);
+    check_against_all(spheres(1500, 20.0, 3), 2e-4);
+    check_against_all(spheres(800, 100.0, 4), 0.0);
 }
 
 TEST_CASE("neighbours: springs survive a rebuild, by pair and by wall")
