@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "coupler/base/error.hpp"
+#include "participants/dem/neighbours.hpp"
 
 namespace dem {
 namespace {
@@ -253,20 +254,13 @@ State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_
     Taker taker{kept};
     bool const walls = kept.integer("walls") == static_cast<std::int64_t>(setup.walls.size());
     if (walls) visit(taker, state);
-    Pairs<D>& pairs = state.pairs;  // what the list says anew
-    if (is_consistent(state, grains, setup.features)) {
-        pairs.owner.resize(pairs.other.size());
-        for (std::size_t i = 0; i < grains; ++i)
-            std::fill(pairs.owner.begin() + pairs.first[i], pairs.owner.begin() + pairs.first[i + 1],
-                      static_cast<std::uint32_t>(i));
-        pairs.touched.assign(pairs.other.size(), 1);
-    }
     sluice::require(walls && taker.ok && is_consistent(state, grains, setup.features), [&] {
         return sluice::Error("dem: the checkpoint is not a state of " + std::to_string(grains) + " grains and " +
                                  std::to_string(setup.walls.size()) +
                                  " walls (must come from the same scene). Resume from an older one.",
                              sluice::Exit::io);
     });
+    derive_from_list(setup, state.pairs, grains);
     return state;
 }
 

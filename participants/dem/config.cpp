@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "coupler/scene/threads.hpp"
 #include "participants/dem/contact.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "participants/dem/restitution.hpp"
@@ -321,6 +322,7 @@ Config read_config(Reader r, int dimension, Vec3 gravity)
     config.density = r.number("density", {.min = 1.0, .max = 1e5, .unit = "kg/m3"});
     config.contact = read_contact(r.child("contact"));
     config.scheme = r.choice_or("scheme", 0, {"predicted", "liggghts"}) == 0 ? Scheme::predicted : Scheme::liggghts;
+    config.threads = sluice::read_threads(r, "1");
     if (auto buoyancy = r.child_if("buoyancy")) {
         config.fluid_density = buoyancy->number("density", {.above = 0.0, .max = 1e5, .unit = "kg/m3"});
         buoyancy->finish();

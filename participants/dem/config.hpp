@@ -81,6 +81,7 @@ struct Config
     double diameter_min = 0.0, diameter_max = 0.0;  //!< of a column, uniform by number [m]
     ContactConfig contact;
     Scheme scheme = Scheme::predicted;
+    int threads = 1;
     std::vector<WallConfig> walls;
     std::optional<ColumnConfig> column;
     std::vector<GrainConfig> grains;

@@ -10,15 +10,18 @@
 
 #include "participants/dem/listed_contact.hpp"
 #include "participants/dem/packed_contacts.hpp"
+#include "participants/dem/shared_contacts.hpp"
 
 namespace dem {
 namespace {
 
 template <Features F, int D>
-void add_pair_forces(Setup<D> const& setup, State<D>& state, double dt) noexcept
+void add_pair_forces(Setup<D> const& setup, State<D>& state, double dt, [[maybe_unused]] sluice::Team* team) noexcept
 {
     if constexpr (is_packed(F, D)) {
-        if (!setup.plain) return add_packed_pair_forces<F>(setup, state, dt);
+        if (!setup.plain)
+            return team ? add_shared_pair_forces<F>(setup, state, dt, *team)
+                        : add_packed_pair_forces<F>(setup, state, dt);
     }
     ContactLaw const law = setup.law;
     Books books;
@@ -66,7 +69,7 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
         Forces<D> const f = act<F>(wall.law, c, overlap, sqrt_mass, dt, late[i], motion, g.half[i], half, turning,
                                    contacts.history, k, books);
         if (f.fresh) [[unlikely]]
-            push(state, i, 1.0, c.arm_i, c, f);
+            state.pushes.push_back(push(g, i, 1.0, c.arm_i, c, f));
         Vec<D> const force = f.normal * c.normal - vector_of(f.tangential, c.normal);
         g.contact[i].force += force;
         total += force;
@@ -84,10 +87,10 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
 }
 
 template <Features F, int D>
-void evaluate_contacts(Setup<D> const& setup, State<D>& state, double dt) noexcept
+void evaluate_contacts(Setup<D> const& setup, State<D>& state, double dt, sluice::Team* team) noexcept
 {
     std::fill(state.grains.contact.begin(), state.grains.contact.end(), Load<D>{});
-    add_pair_forces<F>(setup, state, dt);
+    add_pair_forces<F>(setup, state, dt, team);
     for (std::size_t w = 0; w < setup.walls.size(); ++w)
         std::visit(
             [&](auto const& shape) {

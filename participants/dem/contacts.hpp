@@ -1,5 +1,6 @@
 #pragma once
 
+#include "coupler/base/team.hpp"
 #include "participants/dem/state.hpp"
 
 //! The loops over contacts; what happens in one is in contact.hpp.
@@ -7,8 +8,9 @@ namespace dem {
 
 //! Sets the contact and wall forces at the current positions; `dt` is the length of the step that led here [s], 0 to
 //! evaluate the forces again without a step. With the ledger, books sliding and touch and keeps the lossy forces.
+//! `team`: who shares the loops, null: nobody. The number of threads changes no bit.
 template <int D>
-using Evaluate = void (*)(Setup<D> const&, State<D>&, double dt) noexcept;
+using Evaluate = void (*)(Setup<D> const&, State<D>&, double dt, sluice::Team* team) noexcept;
 
 //! The loop that was compiled for a set of features; null: not compiled.
 template <int D>

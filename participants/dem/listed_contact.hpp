@@ -5,15 +5,15 @@
 //! One listed contact of a run: its laws, its history, and what it adds to the grains.
 namespace dem {
 
-//! Gives a grain its share of a fresh contact's impulse, once all contacts are evaluated; `sign` is +1 for i, -1 for j.
+//! A grain's share of a fresh contact's impulse; `sign` is +1 for i, -1 for j.
 template <int D>
-void push(State<D>& state, std::size_t i, double sign, double arm, Contact<D> const& c, Forces<D> const& f) noexcept
+Push<D> push(Grains<D> const& g, std::size_t i, double sign, double arm, Contact<D> const& c,
+             Forces<D> const& f) noexcept
 {
-    Grains<D> const& g = state.grains;
     Motion<D> motion{};
     motion.velocity = (sign / g.mass[i]) * (f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal));
     motion.spin = (arm / g.inertia[i]) * torque_of(f.impulse_t, c.normal);
-    state.pushes.push_back({static_cast<std::uint32_t>(i), motion});
+    return {static_cast<std::uint32_t>(i), motion};
 }
 
 template <Features F, int D>
@@ -75,12 +75,19 @@ void forget(ContactLaw const& law, Contact<D> const& c, double overlap, double d
     remember<F>(history, at, Memory<D>{});
 }
 
-//! A listed pair, plainly: forces and torques on both, or its history forgotten if it does not touch.
-template <Features F, int D>
-void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t slot, double dt, Books& books) noexcept
+//! What a contact adds to its two grains: the force on i, the opposite on j, and torques.
+template <int D>
+struct PairLoad
 {
-    Grains<D>& g = state.grains;
-    Pairs<D>& pairs = state.pairs;
+    Vec<D> force;
+    Spin<D> on_i = {}, on_j = {};
+};
+
+//! A listed pair, plainly. Its history is kept, or forgotten if it does not touch. Appends to `pushes`.
+template <Features F, int D>
+PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pairs, std::size_t i, std::size_t slot,
+                         double dt, Books& books, std::vector<Push<D>>& pushes) noexcept
+{
     auto const& late = F.scheme == Scheme::liggghts ? g.half : g.motion;
     std::size_t const j = pairs.other[slot];
     double const ri = g.place[i].radius, rj = g.place[j].radius;
@@ -90,7 +97,7 @@ void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t
         double const distance = F.ledger ? std::sqrt(square) : 0.0;
         forget<F>(law, contact_of<D>(apart, distance, ri, rj), reach - distance, dt, g.half[i], g.half[j],
                   pairs.history, slot, books);
-        return;
+        return {};
     }
     double const distance = std::sqrt(square);
     Contact<D> c = contact_of<D>(apart, distance, ri, rj);
@@ -99,22 +106,35 @@ void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t
     Forces<D> const f = act<F>(law, c, reach - distance, pairs.sqrt_mass[slot], dt, late[i], late[j], g.half[i],
                                g.half[j], turning, pairs.history, slot, books);
     if (f.fresh) [[unlikely]] {
-        push(state, i, 1.0, c.arm_i, c, f);
-        push(state, j, -1.0, c.arm_j, c, f);
+        pushes.push_back(push(g, i, 1.0, c.arm_i, c, f));
+        pushes.push_back(push(g, j, -1.0, c.arm_j, c, f));
     }
-    Vec<D> const force = f.normal * c.normal - vector_of(f.tangential, c.normal);
-    g.contact[i].force += force;
-    g.contact[j].force -= force;
+    PairLoad<D> load{f.normal * c.normal - vector_of(f.tangential, c.normal)};
     if constexpr (F.friction) {
         Spin<D> const torque = torque_of(f.tangential, c.normal);
-        Spin<D> on_i = c.arm_i * torque, on_j = c.arm_j * torque;
+        load.on_i = c.arm_i * torque;
+        load.on_j = c.arm_j * torque;
         if constexpr (F.rolling != Rolling::none) {
             Spin<D> const rolling = c.effective * torque_of(f.rolling, c.normal);
-            on_i = on_i - rolling;
-            on_j = on_j + rolling;
+            load.on_i = load.on_i - rolling;
+            load.on_j = load.on_j + rolling;
         }
-        g.contact[i].torque = g.contact[i].torque + on_i;
-        g.contact[j].torque = g.contact[j].torque + on_j;
+    }
+    return load;
+}
+
+//! The same, added to the grains.
+template <Features F, int D>
+void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t slot, double dt, Books& books) noexcept
+{
+    Grains<D>& g = state.grains;
+    std::size_t const j = state.pairs.other[slot];
+    PairLoad<D> const load = load_of_pair<F>(law, g, state.pairs, i, slot, dt, books, state.pushes);
+    g.contact[i].force += load.force;
+    g.contact[j].force -= load.force;
+    if constexpr (F.friction) {
+        g.contact[i].torque = g.contact[i].torque + load.on_i;
+        g.contact[j].torque = g.contact[j].torque + load.on_j;
     }
 }
 

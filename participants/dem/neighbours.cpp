@@ -147,6 +147,18 @@ void copy_entry(History<D> const& from, std::size_t a, History<D>& to, std::size
     if (!from.lossy.empty()) to.lossy[b] = from.lossy[a];
 }
 
+//! For each grain the slots in which it is the other.
+template <int D>
+void transpose(Pairs<D>& pairs, std::size_t grains)
+{
+    pairs.below_first.assign(grains + 1, 0);
+    pairs.below.resize(pairs.other.size());
+    for (std::uint32_t const j : pairs.other) ++pairs.below_first[j + 1];
+    for (std::size_t i = 0; i < grains; ++i) pairs.below_first[i + 1] += pairs.below_first[i];
+    std::vector<std::uint32_t> next(pairs.below_first.begin(), pairs.below_first.end() - 1);
+    for (std::uint32_t slot = 0; slot < pairs.other.size(); ++slot) pairs.below[next[pairs.other[slot]]++] = slot;
+}
+
 template <int D>
 void rebuild_pairs(Setup<D> const& setup, State<D>& state)
 {
@@ -155,14 +167,12 @@ void rebuild_pairs(Setup<D> const& setup, State<D>& state)
     find_pairs(state.grains, setup.skin, pairs.first, pairs.other);
     pairs.history = history_of<D>(setup.features, pairs.other.size());
     pairs.sqrt_mass.resize(pairs.other.size());
-    pairs.owner.resize(pairs.other.size());
-    pairs.touched.assign(pairs.other.size(), 1);
+    derive_from_list(setup, pairs, state.grains.size());
     auto const& mass = state.grains.mass;
     for (std::size_t i = 0; i < mass.size(); ++i) {
         std::uint32_t from = old.first.empty() ? 0 : old.first[i];
         std::uint32_t const end = old.first.empty() ? 0 : old.first[i + 1];
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
-            pairs.owner[slot] = static_cast<std::uint32_t>(i);
             double const other = mass[pairs.other[slot]];
             pairs.sqrt_mass[slot] = setup.absolute_damping ? 1.0 : std::sqrt(mass[i] * other / (mass[i] + other));
             while (from < end && old.other[from] < pairs.other[slot]) ++from;  // both rows are ascending
@@ -207,6 +217,19 @@ void rebuild_wall(Wall<D> const& wall, Setup<D> const& setup, State<D> const& st
 }
 
 }  // namespace
+
+template <int D>
+void derive_from_list(Setup<D> const& setup, Pairs<D>& pairs, std::size_t grains)
+{
+    pairs.owner.resize(pairs.other.size());
+    for (std::size_t i = 0; i < grains; ++i)
+        std::fill(pairs.owner.begin() + pairs.first[i], pairs.owner.begin() + pairs.first[i + 1],
+                  static_cast<std::uint32_t>(i));
+    pairs.touched.assign(pairs.other.size(), 1);
+    if (setup.threads > 1) transpose(pairs, grains);
+}
+template void derive_from_list<2>(Setup<2> const&, Pairs<2>&, std::size_t);
+template void derive_from_list<3>(Setup<3> const&, Pairs<3>&, std::size_t);
 
 template <int D>
 void find_pairs(Grains<D> const& g, double reach, std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& other)

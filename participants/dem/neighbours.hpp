@@ -21,4 +21,8 @@ void find_pairs(Grains<D> const& grains, double reach, std::vector<std::uint32_t
 template <int D>
 void rebuild_lists(Setup<D> const& setup, State<D>& state);
 
+//! What follows from a list's `first` and `other`: owners, flags, and the transposed list if threads want it.
+template <int D>
+void derive_from_list(Setup<D> const& setup, Pairs<D>& pairs, std::size_t grains);
+
 }  // namespace dem

@@ -247,11 +247,9 @@ inline void add(FourForces f, FourPairs const& p, Grains<3>& g) noexcept
 //! The listed pairs from `begin` to `end` that touch, appended to `touching` from `waiting` on; the history of those
 //! that have opened is forgotten. Returns how many there are then.
 template <Features F>
-std::size_t sieve(State<3>& state, std::size_t begin, std::size_t end, std::uint32_t* touching,
+std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, std::size_t begin, std::size_t end, std::uint32_t* touching,
                   std::size_t waiting) noexcept
 {
-    Grains<3> const& g = state.grains;
-    Pairs<3>& pairs = state.pairs;
     auto const sort = [&](std::size_t slot, bool touches) {
         touching[waiting] = static_cast<std::uint32_t>(slot);
         waiting += touches;
@@ -280,49 +278,61 @@ std::size_t sieve(State<3>& state, std::size_t begin, std::size_t end, std::uint
     return waiting;
 }
 
+//! The touching pairs in `touching` by fours, through the passes: `four(forces, pairs)` is called for those that packs
+//! can do, `one(slot)` for the others, in order.
+template <Features F, class OnFour, class OnOne>
+void pass(ContactLaw const& law, Grains<3> const& g, Pairs<3>& pairs, std::uint32_t const* touching, std::size_t count,
+          double dt, OnFour&& four, OnOne&& one) noexcept
+{
+    std::array<FourPairs, most_fours> fours;
+    std::array<FourPlaces, most_fours> places;
+    std::array<FourMotions, most_fours> motions;
+    for (std::size_t f = 0; f < count; ++f)
+        for (std::size_t k = 0; k < 4; ++k) {
+            std::uint32_t const slot = touching[4 * f + k];
+            fours[f].slot[k] = slot;
+            fours[f].i[k] = pairs.owner[slot];
+            fours[f].j[k] = pairs.other[slot];
+        }
+    for (std::size_t f = 0; f < count; ++f) places[f] = places_of<F>(g, fours[f]);
+    for (std::size_t f = 0; f < count; ++f) motions[f] = motions_of<F>(g, fours[f], places[f], dt);
+    for (std::size_t f = 0; f < count; ++f) {
+        Pack const overlap = places[f].overlap;
+        Four const& slot = fours[f].slot;
+        PackMask special = (places[f].normal.x != places[f].normal.x);  // centres that coincide
+        if constexpr (F.scheme == Scheme::predicted) special |= overlap < all(dt) * motions[f].half_closing;
+        if (bits(special) != 0) [[unlikely]] {
+            for (std::size_t k = 0; k < 4; ++k) one(slot[k]);
+        } else {
+            auto const& mass = pairs.sqrt_mass;
+            Pack const sqrt_mass{mass[slot[0]], mass[slot[1]], mass[slot[2]], mass[slot[3]]};
+            four(forces_of<F>(law, slot, places[f], motions[f], sqrt_mass, dt, pairs.history), fours[f]);
+        }
+    }
+}
+
 //! All listed pairs.
 template <Features F>
 void add_packed_pair_forces(Setup<3> const& setup, State<3>& state, double dt) noexcept
 {
     ContactLaw const law = setup.law;
-    Grains<3>& g = state.grains;
     Pairs<3>& pairs = state.pairs;
     std::array<std::uint32_t, sieve_block + 8> touching;
-    std::array<FourPairs, most_fours> fours;
-    std::array<FourPlaces, most_fours> places;
-    std::array<FourMotions, most_fours> motions;
     std::size_t waiting = 0;  // at the front of `touching`
     Books none;
+    auto const one = [&](std::uint32_t slot) { add_pair<F>(law, state, pairs.owner[slot], slot, dt, none); };
     for (std::size_t begin = 0; begin < pairs.other.size(); begin += sieve_block) {
-        waiting = sieve<F>(state, begin, std::min(pairs.other.size(), begin + sieve_block), touching.data(), waiting);
+        waiting = sieve<F>(state.grains, pairs, begin, std::min(pairs.other.size(), begin + sieve_block),
+                           touching.data(), waiting);
         std::size_t const count = waiting / 4;
-        for (std::size_t f = 0; f < count; ++f)
-            for (std::size_t k = 0; k < 4; ++k) {
-                std::uint32_t const slot = touching[4 * f + k];
-                fours[f].slot[k] = slot;
-                fours[f].i[k] = pairs.owner[slot];
-                fours[f].j[k] = pairs.other[slot];
-            }
-        for (std::size_t f = 0; f < count; ++f) places[f] = places_of<F>(g, fours[f]);
-        for (std::size_t f = 0; f < count; ++f) motions[f] = motions_of<F>(g, fours[f], places[f], dt);
-        for (std::size_t f = 0; f < count; ++f) {
-            Pack const overlap = places[f].overlap;
-            PackMask special = (overlap != overlap);  // centres that coincide
-            if constexpr (F.scheme == Scheme::predicted) special |= overlap < all(dt) * motions[f].half_closing;
-            if (bits(special) != 0) [[unlikely]] {
-                for (std::size_t k = 0; k < 4; ++k) add_pair<F>(law, state, fours[f].i[k], fours[f].slot[k], dt, none);
-            } else {
-                Four const& slot = fours[f].slot;
-                auto const& mass = pairs.sqrt_mass;
-                Pack const sqrt_mass{mass[slot[0]], mass[slot[1]], mass[slot[2]], mass[slot[3]]};
-                add(forces_of<F>(law, slot, places[f], motions[f], sqrt_mass, dt, pairs.history), fours[f], g);
-            }
-        }
+        pass<F>(
+            law, state.grains, pairs, touching.data(), count, dt,
+            [&](FourForces const& forces, FourPairs const& p) { add(forces, p, state.grains); }, one);
         std::copy(touching.begin() + static_cast<std::ptrdiff_t>(4 * count),
                   touching.begin() + static_cast<std::ptrdiff_t>(waiting), touching.begin());
         waiting -= 4 * count;
     }
-    for (std::size_t k = 0; k < waiting; ++k) add_pair<F>(law, state, pairs.owner[touching[k]], touching[k], dt, none);
+    for (std::size_t k = 0; k < waiting; ++k) one(touching[k]);
 }
 
 //! The contacts with a plane wall from the first on, four at a time; returns how many were done. `wall`: its velocity

@@ -1,8 +1,10 @@
 #include "participants/dem/solver.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -58,7 +60,9 @@ double smallest_radius(Grains<D> const& g)
 
 template <int D>
 Solver<D>::Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> const> records)
-    : setup_(std::move(setup)), evaluate_(evaluation_for<D>(setup_.features))
+    : setup_(std::move(setup)),
+      team_(setup_.threads > 1 ? std::make_shared<sluice::Team>(setup_.threads) : nullptr),
+      evaluate_(evaluation_for<D>(setup_.features))
 {
     sluice::require(evaluate_ != nullptr,
                     [] { return sluice::Error("dem: this set of features is not compiled. Add it in contacts.cpp."); });
@@ -93,7 +97,7 @@ void Solver<D>::derive()
 template <int D>
 void Solver<D>::evaluate_again()
 {
-    evaluate_(setup_, state_, 0.0);
+    evaluate_(setup_, state_, 0.0, team_.get());
     if (setup_.features.ledger) evaluate_lossy_power(setup_, state_);
 }
 
@@ -126,6 +130,18 @@ bool Solver<D>::walls_have_moved() const
     return false;
 }
 
+//! Calls body(from, to) for all grains, in pieces that the threads take.
+template <int D>
+template <class Body>
+void Solver<D>::share(Body&& body)
+{
+    std::size_t const count = state_.grains.size();
+    if (!team_) return body(std::size_t{0}, count);
+    team_->share(static_cast<std::ptrdiff_t>(count), 512, [&](std::ptrdiff_t from, std::ptrdiff_t to) {
+        body(static_cast<std::size_t>(from), static_cast<std::size_t>(to));
+    });
+}
+
 //! All that acts on a grain; nobody's loads are not looked at.
 template <int D>
 auto Solver<D>::loads() const
@@ -144,24 +160,28 @@ void Solver<D>::drift(double dt)
     double const half = 0.5 * dt;
     Vec<D> const fall = half * setup_.gravity;
     double const near = 0.25 * setup_.skin * setup_.skin, far = smallest_radius_ * smallest_radius_;
-    std::size_t const count = g.size();
     bool const predicts = setup_.features.scheme == Scheme::predicted;
     auto const load_on = loads();
-    std::size_t moved = 0, fast = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        Load<D> const load = load_on(i);
-        Vec<D> const kick = fall + (half * per_mass_[i]) * load.force;
-        Spin<D> const turn = (half * per_inertia_[i]) * load.torque;
-        Motion<D> const now{g.motion[i].velocity + kick, g.motion[i].spin + turn};
-        g.half[i] = now;
-        if (predicts) g.motion[i] = {now.velocity + kick, now.spin + turn};
-        Vec<D> const step = dt * now.velocity;
-        g.place[i].centre += step;
-        Vec<D> const since = g.place[i].centre - state_.built[i];
-        moved += !(dot(since, since) <= near);  // also true for a number that is not finite
-        fast += !(dot(step, step) <= far);
-    }
-    sluice::require(fast == 0, [&] {
+    std::atomic<bool> any_moved = false, any_fast = false;
+    share([&](std::size_t from, std::size_t to) {
+        std::size_t moved = 0, fast = 0;
+        for (std::size_t i = from; i < to; ++i) {
+            Load<D> const load = load_on(i);
+            Vec<D> const kick = fall + (half * per_mass_[i]) * load.force;
+            Spin<D> const turn = (half * per_inertia_[i]) * load.torque;
+            Motion<D> const now{g.motion[i].velocity + kick, g.motion[i].spin + turn};
+            g.half[i] = now;
+            if (predicts) g.motion[i] = {now.velocity + kick, now.spin + turn};
+            Vec<D> const step = dt * now.velocity;
+            g.place[i].centre += step;
+            Vec<D> const since = g.place[i].centre - state_.built[i];
+            moved += !(dot(since, since) <= near);  // also true for a number that is not finite
+            fast += !(dot(step, step) <= far);
+        }
+        if (moved > 0) any_moved = true;
+        if (fast > 0) any_fast = true;
+    });
+    sluice::require(!any_fast, [&] {
         std::size_t i = 0;
         while (dt * norm(g.half[i].velocity) <= smallest_radius_) ++i;
         return sluice::Error("dem: grain " + std::to_string(g.id[i]) +
@@ -172,7 +192,7 @@ void Solver<D>::drift(double dt)
     });
     for (std::size_t w = 0; w < setup_.walls.size(); ++w)
         if (setup_.walls[w].motion.moves()) state_.walls[w].shift = setup_.walls[w].motion.shift(state_.time + dt);
-    if (moved > 0 || walls_have_moved()) rebuild_lists(setup_, state_);
+    if (any_moved || walls_have_moved()) rebuild_lists(setup_, state_);
 }
 
 template <int D>
@@ -182,13 +202,14 @@ void Solver<D>::kick(double dt)
     double const half = 0.5 * dt;
     Vec<D> const fall = half * setup_.gravity;
     auto const load_on = loads();
-    std::size_t const count = g.size();
-    for (std::size_t i = 0; i < count; ++i) {
-        Motion<D> const& h = g.half[i];
-        Load<D> const load = load_on(i);
-        g.motion[i] = {h.velocity + (fall + (half * per_mass_[i]) * load.force),
-                       h.spin + (half * per_inertia_[i]) * load.torque};
-    }
+    share([&](std::size_t from, std::size_t to) {
+        for (std::size_t i = from; i < to; ++i) {
+            Motion<D> const& h = g.half[i];
+            Load<D> const load = load_on(i);
+            g.motion[i] = {h.velocity + (fall + (half * per_mass_[i]) * load.force),
+                           h.spin + (half * per_inertia_[i]) * load.torque};
+        }
+    });
 }
 
 //! The work of what is not elastic, by the trapezium of its power at full steps: with velocity Verlet this is the work
@@ -215,9 +236,11 @@ void Solver<D>::book_step(double dt)
 template <int D>
 void Solver<D>::step(double dt)
 {
+    std::optional<sluice::Team::Awake> awake;
+    if (team_) awake.emplace(*team_);
     remove_walls(state_.time + 0.5 * dt);  // a removal time belongs to the nearest step
     drift(dt);
-    evaluate_(setup_, state_, dt);
+    evaluate_(setup_, state_, dt, team_.get());
     kick(dt);
     if (setup_.features.ledger) book_step(dt);
     state_.time += dt;

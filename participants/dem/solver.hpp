@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 
 #include "participants/dem/contacts.hpp"
@@ -42,6 +43,8 @@ class Solver
 
  private:
     void derive();
+    template <class Body>
+    void share(Body&& body);
     auto loads() const;
     void remove_walls(double now);
     bool walls_have_moved() const;
@@ -52,6 +55,7 @@ class Solver
 
     Setup<D> setup_;
     State<D> state_;
+    std::shared_ptr<sluice::Team> team_;  //!< shared by copies, which take turns; null: one thread
     Evaluate<D> evaluate_ = nullptr;
     double smallest_radius_ = 0.0;
     std::vector<double> per_mass_, per_inertia_;  //!< [1/kg], [1/(kg m2)]

@@ -110,9 +110,10 @@ struct Pairs
 {
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> other;
-    std::vector<std::uint32_t> owner;   //!< i of each slot
-    std::vector<std::uint8_t> touched;  //!< 0: has no history; a hint for the packed loop
-    std::vector<double> sqrt_mass;      //!< sqrt(m*) [sqrt(kg)]
+    std::vector<std::uint32_t> owner;               //!< i of each slot
+    std::vector<std::uint8_t> touched;              //!< 0: has no history; a hint for the packed loop
+    std::vector<std::uint32_t> below_first, below;  //!< slots whose other is i, ascending; only for several threads
+    std::vector<double> sqrt_mass;                  //!< sqrt(m*) [sqrt(kg)]
     History<D> history;
 };
 
@@ -206,6 +207,7 @@ struct Setup
     double skin = 0.0;              //!< reach of the neighbour list beyond contact [m]
     bool absolute_damping = false;  //!< dashpots in N s/m, whatever the masses (LIGGGHTS' order only)
     bool loads = true;              //!< somebody may set grains.external
+    int threads = 1;  //!< that share the loops over spheres
     bool plain = false;             //!< pairs one at a time: the oracle of the packed loop
     Features features;
 };

@@ -1,12 +1,11 @@
 #include "participants/lbm/config.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <thread>
 
 #include "coupler/scene/reader.hpp"
+#include "coupler/scene/threads.hpp"
 
 namespace lbm {
 namespace {
@@ -85,19 +84,6 @@ void read_step(sluice::Reader& r, Config& c)
         double const lattice_velocity = r.number_or("lattice_velocity", 0.05, {.above = 0.0, .unit = "cells a step"});
         c.step = lattice_velocity * c.cell / c.max_velocity;
     }
-}
-
-int read_threads(sluice::Reader& r)
-{
-    std::string const text = r.text_or("threads", "auto");
-    if (text == "auto") return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 1024U));
-    int threads = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), threads);
-    if (error != std::errc{} || end != text.data() + text.size() || threads < 1 || threads > 1024) {
-        r.problem("threads", text + " (must be auto, or 1 to 1024).");
-        return 1;
-    }
-    return threads;
 }
 
 std::string with_unit(double value, char const* unit)
@@ -220,7 +206,7 @@ Config read_config(sluice::Reader& r, std::array<double, 2> gravity)
         c.acceleration[1] += gravity[1];
     }
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
-    c.threads = read_threads(r);
+    c.threads = sluice::read_threads(r, "auto");
     bool const readable =
         c.cell > 0 && c.step > 0 && std::isfinite(c.step) && c.size[0] > 0 && c.viscosity > 0 && c.density > 0;
     if (readable)

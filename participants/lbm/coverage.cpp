@@ -75,7 +75,7 @@ void Coverage::lay_out(std::span<Disc const> discs)
     }
 }
 
-std::ptrdiff_t Coverage::update(std::span<Disc const> discs, Team& team)
+std::ptrdiff_t Coverage::update(std::span<Disc const> discs, sluice::Team& team)
 {
     auto const same_layout = [&] {
         if (shape_.size() != discs.size()) return false;

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "coupler/base/team.hpp"
 #include "participants/lbm/disc_area.hpp"
-#include "participants/lbm/threads.hpp"
 
 namespace lbm {
 
@@ -42,7 +42,7 @@ class Coverage
     //! Solids at rest that are no discs: area fraction of every cell, shape [y][x].
     void set_obstacle(std::vector<double> fraction);
     //! Returns how many discs' fractions it computed anew.
-    std::ptrdiff_t update(std::span<Disc const> discs, Team& team);
+    std::ptrdiff_t update(std::span<Disc const> discs, sluice::Team& team);
 
     //! Indices into strips() of the strips in row y, by body.
     std::span<std::uint32_t const> row(std::ptrdiff_t y) const noexcept;

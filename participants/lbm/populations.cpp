@@ -28,7 +28,7 @@ constexpr std::ptrdiff_t pad(std::ptrdiff_t n)
 
 }  // namespace
 
-Populations::Populations(std::ptrdiff_t nx, std::ptrdiff_t ny, Team& team)
+Populations::Populations(std::ptrdiff_t nx, std::ptrdiff_t ny, sluice::Team& team)
     : nx_(nx), ny_(ny), stride_(pad(nx + line + 1)), slack_(slack_rows * stride_)
 {
     std::ptrdiff_t const body = (ny + 2) * stride_ + 2 * line;
@@ -60,7 +60,7 @@ Slots Populations::row(std::ptrdiff_t y) noexcept
     return slots;
 }
 
-void Populations::stream(Team& team)
+void Populations::stream(sluice::Team& team)
 {
     std::vector<std::size_t> used_up;
     for (std::size_t q = 0; q < directions; ++q) {

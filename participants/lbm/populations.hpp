@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <memory>
 
+#include "coupler/base/team.hpp"
 #include "participants/lbm/d2q9.hpp"
-#include "participants/lbm/threads.hpp"
 
 namespace lbm {
 
@@ -23,7 +23,7 @@ using Slots = std::array<double*, directions>;  //!< for each direction the slot
 class Populations
 {
  public:
-    Populations(std::ptrdiff_t nx, std::ptrdiff_t ny, Team& team);  //!< all slots 0: fluid of density 1 at rest
+    Populations(std::ptrdiff_t nx, std::ptrdiff_t ny, sluice::Team& team);  //!< all slots 0: fluid of density 1 at rest
 
     std::ptrdiff_t nx() const noexcept { return nx_; }
     std::ptrdiff_t ny() const noexcept { return ny_; }
@@ -34,7 +34,7 @@ class Populations
     double const* row(std::size_t q, std::ptrdiff_t y) const noexcept { return origin_[q] + y * stride_; }
     Slots row(std::ptrdiff_t y) noexcept;
 
-    void stream(Team& team);  //!< one step: every population moves by c_q
+    void stream(sluice::Team& team);  //!< one step: every population moves by c_q
 
     std::size_t bytes() const noexcept { return bytes_; }
 

@@ -170,7 +170,7 @@ Solver::Solver(Config const& config)
 
 void Solver::step()
 {
-    Team::Awake const awake(team_);
+    sluice::Team::Awake const awake(team_);
     std::ptrdiff_t const rebuilt = coverage_.update(discs_, team_);
     share_.rebuilt_discs = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(discs_.size()));
     strip_load_.resize(coverage_.strips().size());

@@ -119,7 +119,7 @@ class Solver
     Relaxation relaxation_;
     Walls walls_;
     Kernel fluid_ = nullptr, covered_ = nullptr;
-    Team team_;
+    sluice::Team team_;
     Populations populations_;
     Coverage coverage_;
     std::vector<Disc> discs_;

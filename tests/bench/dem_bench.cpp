@@ -2,10 +2,12 @@
 //! their lines are left out): the same grains, walls, step and, for LIGGGHTS, the same laws. Prints a table; `--json
 //! FILE` writes a list of {case, metric, value, unit, against, ratio}; `--small`: a smoke run; `--large`: 100 000
 //! grains, too. Times are processor time, a peer's by the difference of a long and a short run: other work on the
-//! machine then counts less. All run one after another in each repetition; the table has the medians.
+//! machine then counts less; on two cores it is the wall's. All run one after another in each repetition; the table has
+//! the medians.
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -131,6 +133,38 @@ double run_ours(dem::Solver<3> solver, int steps)
     double const start = processor_time(RUSAGE_SELF);
     for (int n = 0; n < steps; ++n) solver.step(step);
     return processor_time(RUSAGE_SELF) - start;
+}
+
+//! Wall time of a run by several threads [s]: processor time counts those that wait.
+double run_shared(dem::Solver<3> solver, int steps)
+{
+    for (int n = 0; n < warm_up; ++n) solver.step(step);
+    auto const start = std::chrono::steady_clock::now();
+    for (int n = 0; n < steps; ++n) solver.step(step);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+//! Of a peer's last run by two ranks: the time that it prints for its loop [s].
+double printed_time(std::filesystem::path const& file)
+{
+    std::ifstream in(file);
+    double last = 0.0;
+    for (std::string line; std::getline(in, line);)
+        if (line.rfind("Loop time of ", 0) == 0) {
+            double const time = std::stod(line.substr(13));
+            if (last == 0.0) last = time;  // the first: the second is of no steps
+        }
+    return last;
+}
+
+double run_ranks(std::filesystem::path const& folder, std::string const& program, int steps)
+{
+    std::string const command = "cd " + folder.string() + " && OMPI_ALLOW_RUN_AS_ROOT=1 " +
+                                "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun -np 2 --oversubscribe " + program +
+                                " -in in." + program + " -log none -var STEPS " + std::to_string(steps) +
+                                " > out.txt 2>&1";
+    if (std::system(command.c_str()) != 0) throw std::runtime_error(program + " failed, see its input there");
+    return printed_time(folder / "out.txt");
 }
 
 double run_peer(std::filesystem::path const& folder, std::string const& program, int steps)
@@ -285,6 +319,17 @@ void column(std::size_t count, int steps, int repetitions)
             {"LIGGGHTS hooke/stiffness, cdt", [&](int n) { return run_peer(folder.path(), "liggghts", n); }, {}});
     if (is_installed("lmp"))
         all.push_back({"LAMMPS gran/hooke/history", [&](int n) { return run_peer(folder.path(), "lmp", n); }, {}});
+    dem::Setup<3> two = theirs, usual_two = usual;
+    two.threads = usual_two.threads = 2;
+    auto const shared = [&](char const* name, dem::Setup<3> const& setup) {
+        all.push_back({name, [solver = dem::Solver<3>(setup, grains)](int n) { return run_shared(solver, n); }, {}});
+    };
+    shared("ours on two, LIGGGHTS' laws and order", two);
+    shared("ours on two, default laws, sprung rolling", usual_two);
+    if (is_installed("liggghts"))
+        all.push_back({"LIGGGHTS on two", [&](int n) { return run_ranks(folder.path(), "liggghts", n); }, {}});
+    if (is_installed("lmp"))
+        all.push_back({"LAMMPS on two", [&](int n) { return run_ranks(folder.path(), "lmp", n); }, {}});
     for (int r = 0; r < repetitions; ++r)
         for (auto& one : all) one.rate.push_back(1e-6 * static_cast<double>(count) * steps / one.run(steps));
 
@@ -293,7 +338,9 @@ void column(std::size_t count, int steps, int repetitions)
         std::printf("%7zu grains  %-40s %7.2f (%.2f to %.2f) million grain-steps/s", count, one.name.c_str(),
                     median(one.rate), *low, *high);
         for (auto const& peer : all) {
-            if (peer.name.rfind("ours", 0) == 0 || one.name.rfind("ours", 0) != 0) continue;
+            auto const on_two = [](Contestant const& c) { return c.name.find(" on two") != std::string::npos; };
+            if (peer.name.rfind("ours", 0) == 0 || one.name.rfind("ours", 0) != 0 || on_two(one) != on_two(peer))
+                continue;
             std::vector<double> ratio;  // of the same repetition
             for (std::size_t r = 0; r < one.rate.size(); ++r) ratio.push_back(one.rate[r] / peer.rate[r]);
             std::printf("  %.2f x %s", median(ratio), peer.name.substr(0, peer.name.find(' ')).c_str());

@@ -13,7 +13,7 @@ using dem::Scheme;
 using dem::Vec3;
 
 //! Spheres that fall, turn, meet, slide and part in a box with a moving floor.
-dem::Solver<3> tumbling(Rolling rolling, Scheme scheme, bool plain, bool ledger = false)
+dem::Solver<3> tumbling(Rolling rolling, Scheme scheme, bool plain, bool ledger = false, int threads = 1)
 {
     dem::ContactConfig c;
     c.normal_stiffness = 1e5;
@@ -29,6 +29,7 @@ dem::Solver<3> tumbling(Rolling rolling, Scheme scheme, bool plain, bool ledger 
     s.law = dem::contact_law(c);
     s.skin = 1e-3;
     s.plain = plain;
+    s.threads = threads;
     s.features = {.friction = true, .rolling = rolling, .scheme = scheme, .ledger = ledger};
     auto const wall = [&](Vec3 point, Vec3 normal, Vec3 velocity) {
         dem::WallMotion<3> motion;
@@ -104,4 +105,19 @@ TEST_CASE("packed: the ledger, which is plain, does not change a bit")
     CHECK(std::abs(booked.energies().wall_work) > 1e-3 * kinetic);
     // the ledger's order is that of the integrator; 5e-6 s is t_c/20 of these contacts
     CHECK(std::abs(booked.energies().balance() - start) < 1e-3 * kinetic);
+}
+
+TEST_CASE("packed: the number of threads changes no bit")
+{
+    for (Scheme const scheme : {Scheme::predicted, Scheme::liggghts}) {
+        dem::Solver<3> one = tumbling(Rolling::constant, scheme, false);
+        dem::Solver<3> two = tumbling(Rolling::constant, scheme, false, false, 2);
+        dem::Solver<3> five = tumbling(Rolling::constant, scheme, false, false, 5);
+        for (int n = 0; n < 3000; ++n) {
+            one.step(5e-6), two.step(5e-6), five.step(5e-6);
+            if (n % 500 == 0) REQUIRE(same(one.state(), two.state()));
+        }
+        CHECK(same(one.state(), two.state()));
+        CHECK(same(one.state(), five.state()));
+    }
 }

@@ -82,7 +82,7 @@ TEST_CASE("disc_area: the exact area itself: half a disc, a quarter, a whole")
 TEST_CASE("coverage: discs across periodic sides keep their area, beyond walls it is cut off")
 {
     for (bool const periodic : {true, false}) {
-        lbm::Team team(2);
+        sluice::Team team(2);
         lbm::Coverage coverage(20, 16, periodic, periodic);
         std::vector<lbm::Disc> const discs = {{-0.3, 15.7, 4.2, 0, 0, 0}, {39.9, 8.1, 3, 0, 0, 0}};
         coverage.update(discs, team);

@@ -63,7 +63,7 @@ Cavity turn_in_cavity(double inner, double outer)
     lbm::Config c = config(side, side, 1.0);
     double const spin = 0.1 * c.viscosity / (inner * inner);  // Re = 0.1
     double const centre = 0.5 * static_cast<double>(side);
-    lbm::Team team(1);
+    sluice::Team team(1);
     lbm::Coverage hole(side, side, false, false);
     hole.update(std::vector<lbm::Disc>{{centre, centre, outer, 0, 0, 0}}, team);
     std::vector<double> wall(static_cast<std::size_t>(side * side), 1.0);

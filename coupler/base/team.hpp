@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace lbm {
+namespace sluice {
 
 //! A fixed team of threads that share loops. Idle threads spin for some microseconds, then sleep: other participants
 //! of the run need the cores. While someone holds them awake they spin longer (0.1 ms). What a loop body writes must
@@ -55,4 +55,4 @@ class Team
     Body const* body_ = nullptr;
 };
 
-}  // namespace lbm
+}  // namespace sluice

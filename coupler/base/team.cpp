@@ -1,8 +1,8 @@
-#include "participants/lbm/threads.hpp"
+#include "coupler/base/team.hpp"
 
 #include <algorithm>
 
-namespace lbm {
+namespace sluice {
 namespace {
 
 constexpr int short_spin = 1000;  //!< pauses, about 20 us
@@ -67,4 +67,4 @@ void Team::work()
     }
 }
 
-}  // namespace lbm
+}  // namespace sluice

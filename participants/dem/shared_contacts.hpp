@@ -1,0 +1,90 @@
+#pragma once
+
+#include "coupler/base/team.hpp"
+#include "participants/dem/packed_contacts.hpp"
+
+//! The pairs of spheres by several threads: first every touching pair's load is computed and kept, in blocks of the
+//! list; then every grain gathers its own. A grain adds the pairs in which it is the other, ascending, then those that
+//! it owns: this is the order in which one thread adds them as it goes through the list, so that no number of threads
+//! changes a bit. What is kept costs about a fifth of the time of one thread.
+namespace dem {
+
+//! The load of one slot, as rows of 32 bytes.
+struct alignas(32) KeptLoad
+{
+    Pack force, on_i, on_j;
+};
+
+inline void keep(FourForces f, FourPairs const& p, KeptLoad* kept) noexcept
+{
+    Pack f3{}, i3{}, j3{};
+    transpose(f.force.x, f.force.y, f.force.z, f3);
+    transpose(f.on_i.x, f.on_i.y, f.on_i.z, i3);
+    transpose(f.on_j.x, f.on_j.y, f.on_j.z, j3);
+    Pack const force[4] = {f.force.x, f.force.y, f.force.z, f3}, on_i[4] = {f.on_i.x, f.on_i.y, f.on_i.z, i3},
+               on_j[4] = {f.on_j.x, f.on_j.y, f.on_j.z, j3};
+    for (std::size_t k = 0; k < 4; ++k) kept[p.slot[k]] = {force[k], on_i[k], on_j[k]};
+}
+
+//! What the threads write between the two loops; kept from step to step.
+struct Workspace
+{
+    std::vector<KeptLoad> kept;                //!< one a slot
+    std::vector<std::vector<Push<3>>> pushes;  //!< of each block
+};
+
+template <Features F>
+void add_shared_pair_forces(Setup<3> const& setup, State<3>& state, double dt, sluice::Team& team) noexcept
+{
+    static thread_local Workspace work;  // of the thread that steps: solvers that take turns share it
+    ContactLaw const law = setup.law;
+    Grains<3>& g = state.grains;
+    Pairs<3>& pairs = state.pairs;
+    std::size_t const slots = pairs.other.size(), blocks = (slots + sieve_block - 1) / sieve_block;
+    if (work.kept.size() < slots) work.kept.resize(slots);
+    if (work.pushes.size() < blocks) work.pushes.resize(blocks);
+    KeptLoad* const kept = work.kept.data();
+    std::vector<Push<3>>* const pushes = work.pushes.data();
+    team.share(static_cast<std::ptrdiff_t>(blocks), 1, [&, kept, pushes](std::ptrdiff_t from, std::ptrdiff_t to) {
+        std::array<std::uint32_t, sieve_block + 8> touching;
+        Books none;
+        for (auto block = static_cast<std::size_t>(from); block < static_cast<std::size_t>(to); ++block) {
+            pushes[block].clear();
+            auto const one = [&](std::uint32_t slot) {
+                auto const load = load_of_pair<F>(law, g, pairs, pairs.owner[slot], slot, dt, none, pushes[block]);
+                auto const row = [](Vec3 v) { return Pack{v.x, v.y, v.z, 0.0}; };
+                kept[slot] = {row(load.force), row(load.on_i), row(load.on_j)};
+            };
+            std::size_t const begin = block * sieve_block, end = std::min(slots, begin + sieve_block);
+            std::size_t const count = sieve<F>(g, pairs, begin, end, touching.data(), 0);
+            pass<F>(
+                law, g, pairs, touching.data(), count / 4, dt,
+                [&](FourForces const& forces, FourPairs const& p) { keep(forces, p, kept); }, one);
+            for (std::size_t k = count / 4 * 4; k < count; ++k) one(touching[k]);
+        }
+    });
+    constexpr std::ptrdiff_t chunk = 256;  // grains at a time
+    team.share(static_cast<std::ptrdiff_t>(g.size()), chunk, [&, kept](std::ptrdiff_t from, std::ptrdiff_t to) {
+        for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
+            Pack force{}, torque{};
+            for (std::uint32_t k = pairs.below_first[i]; k < pairs.below_first[i + 1]; ++k) {
+                std::uint32_t const slot = pairs.below[k];
+                if (!pairs.touched[slot]) continue;
+                force = force - kept[slot].force;
+                torque = torque + kept[slot].on_j;
+            }
+            for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
+                if (!pairs.touched[slot]) continue;
+                force = force + kept[slot].force;
+                torque = torque + kept[slot].on_i;
+            }
+            auto* const to_i = reinterpret_cast<double*>(&g.contact[i]);
+            store(to_i, force);
+            store(to_i + of_spin, torque);
+        }
+    });
+    for (std::size_t block = 0; block < blocks; ++block)
+        state.pushes.insert(state.pushes.end(), pushes[block].begin(), pushes[block].end());
+}
+
+}  // namespace dem
