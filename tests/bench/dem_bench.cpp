@@ -161,8 +161,8 @@ double run_ranks(std::filesystem::path const& folder, std::string const& program
 {
     std::string const command = "cd " + folder.string() + " && OMPI_ALLOW_RUN_AS_ROOT=1 " +
                                 "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun -np 2 --oversubscribe " + program +
-                                " -in in." + program + " -log none -var STEPS " + std::to_string(steps) +
-                                " > out.txt 2>&1";
+                                " -in in." + program + " -log none -var DUMP two.dump -var STEPS " +
+                                std::to_string(steps) + " > out.txt 2>&1";
     if (std::system(command.c_str()) != 0) throw std::runtime_error(program + " failed, see its input there");
     return printed_time(folder / "out.txt");
 }
@@ -173,7 +173,7 @@ double run_peer(std::filesystem::path const& folder, std::string const& program,
         double const start = processor_time(RUSAGE_CHILDREN);
         std::string const command = "cd " + folder.string() + " && OMPI_ALLOW_RUN_AS_ROOT=1 " +
                                     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 " + program + " -in in." + program +
-                                    " -log none -var STEPS " + std::to_string(n) + " > out.txt 2>&1";
+                                    " -log none -var DUMP one.dump -var STEPS " + std::to_string(n) + " > out.txt 2>&1";
         if (std::system(command.c_str()) != 0) throw std::runtime_error(program + " failed, see its input there");
         return processor_time(RUSAGE_CHILDREN) - start;
     };
@@ -225,7 +225,7 @@ void write_liggghts(std::filesystem::path const& folder, double side)
          {Side{"xplane", 0.0}, Side{"xplane", side}, Side{"yplane", 0.0}, Side{"yplane", side}, Side{"zplane", 0.0}})
         in << "fix w" << n++ << " all wall/gran " << model << "primitive type 1 " << plane << ' ' << at << ' '
            << damped;
-    in << "fix integr all nve/sphere\ntimestep " << step << "\nrun ${STEPS}\ndump d all custom 1 out.dump id x y z\n"
+    in << "fix integr all nve/sphere\ntimestep " << step << "\nrun ${STEPS}\ndump d all custom 1 ${DUMP} id x y z\n"
        << "dump_modify d sort id format \"%d %.17g %.17g %.17g\"\nrun 0\n";
 }
 
@@ -354,7 +354,7 @@ void column(std::size_t count, int steps, int repetitions)
         std::printf("\n");
     }
     if (!is_installed("liggghts")) return;
-    double const apart = distance_to(folder.path() / "out.dump", dem::Solver<3>(theirs, grains), warm_up + steps);
+    double const apart = distance_to(folder.path() / "one.dump", dem::Solver<3>(theirs, grains), warm_up + steps);
     std::printf("%7zu grains  largest distance to LIGGGHTS' grains after %d steps: %.2e d\n", count, warm_up + steps,
                 apart);
     results.push_back({{"case", std::to_string(count) + " grains"},
