@@ -159,7 +159,8 @@ void Run::hear_user()
     bool const first = stop_signal_ == 0;
     stop_signal_ = number;
     stop_by_ = Clock::now();
-    if (!first || !pacer || pacer->phase != Phase::running) return;
+    // before the run there is nothing to wait for; after it the others may still be ending
+    if (!first || !pacer || pacer->phase < Phase::running) return;
     ask(Request::stop);
     *stop_by_ += time_to_stop;
 }

@@ -98,6 +98,21 @@ TEST_CASE("resume: without a solver's state a run that is stopped ends at the ne
         }
 }
 
+TEST_CASE("resume: a signal after the last window changes nothing, the run is complete")
+{
+    Case c(scene(", nap: 0.001", ", fault: linger, fault_window: 5"));
+    shell::Background run(c.command(), c.log());
+    REQUIRE(c.pid_in_window("right", 10) > 0);
+    auto const is_done = [&](char const* name) {
+        return sluice::MappedStatus(sluice::status_file(c.out(), name), sluice::MappedStatus::Mode::open)->phase ==
+               sluice::Phase::done;
+    };
+    while (!is_done("left") || !is_done("right")) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    run.signal(SIGTERM);  // "right" takes another second to end
+    CHECK(run.wait(20).exit == 0);
+    CHECK(c.final_place("right") == whole("right"));
+}
+
 TEST_CASE("resume: a second signal ends a run whose window takes too long, and names who is where")
 {
     for (auto const transport : {"zmq", "mpi"}) {

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "coupler/base/error.hpp"
 #include "coupler/base/status_page.hpp"
@@ -273,7 +274,10 @@ TEST_CASE("immersed column: a resumed run pours nothing, and says where it went 
     for (std::string const name : {"grains", "water"}) {
         auto const summary = shell::slurp(c.out("cut") / ".sluice" / (name + ".json"));
         CHECK(summary.find("\"resumed_at\": 0.00096") != std::string::npos);
-        CHECK(summary.find("\"warnings\": []") != std::string::npos);
+        for (auto const& warning : nlohmann::json::parse(summary)["warnings"]) {
+            CAPTURE(warning);
+            CHECK(warning.get<std::string>().ends_with("the slow partner."));  // rightly so on a busy machine
+        }
         if (name == "grains") CHECK(summary.find("\"H0 [m]\": 0.0") != std::string::npos);
     }
 }

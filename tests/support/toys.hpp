@@ -26,7 +26,7 @@ struct Fault
     double nap = 0;        //!< s slept in every window
     bool again = false;    //!< also in a process that goes on from a checkpoint
     static constexpr const char* kinds[] = {"none",  "crash",  "exit", "throw", "nan",
-                                            "leave", "vanish", "hang", "memory"};
+                                            "leave", "vanish", "hang", "memory", "linger"};
 
     static Fault read(sluice::Reader& r)
     {
@@ -53,6 +53,7 @@ struct Fault
         if (kind == 7)
             for (;;) std::this_thread::sleep_for(std::chrono::seconds(1));  // alive, and never done
         if (kind == 8) throw std::bad_alloc();
+        if (kind == 9) std::atexit([] { std::this_thread::sleep_for(std::chrono::seconds(1)); });  // a process slow to end
         return 0.0;
     }
 };
