@@ -330,6 +330,14 @@ void Participant::Session::await_frame(Action const& action)
                                  scene.participants[static_cast<std::size_t>(channel.edge.from)].name, where()),
                      Exit::protocol);
     });
+    auto const& plan = schedule->plan();
+    auto const due = action.frame == action.window ? plan.begin : plan.begin + plan.length;
+    for (auto const& origin : channel.origins)
+        require(origin.pending.front().ticks == due, [&] {
+            return Error(fmt::format("frame {} from \"{}\" stands at tick {} (needed: {}) in {}.", action.frame,
+                                     name_of_member(origin.member), origin.pending.front().ticks, due, where()),
+                         Exit::protocol);
+        });
     take_power(channel, action);
     take_frame(channel, action);
     if (!needs_credit(scene, channel.edge)) return;

@@ -297,6 +297,8 @@ void Participant::Session::handle_greeting(int member, std::string const& text)
         });
     };
     refuse_unless(hello.is_object());
+    for (auto const* key : {"scene", "nonce", "knows", "process", "resumes"})  // another number need not fit
+        refuse_unless(!hello.contains(key) || hello[key].is_number_integer());
     Greeting g;
     std::string name, canonical;
     std::uint64_t hash = 0;
@@ -316,7 +318,10 @@ void Participant::Session::handle_greeting(int member, std::string const& text)
             g.box = Box{corners[0], corners[1]};
         }
         if (hello.contains("columns"))
-            for (auto const& [edge, mask] : hello["columns"].items()) g.columns[std::stoi(edge)] = mask;
+            for (auto const& [edge, mask] : hello["columns"].items()) {
+                refuse_unless(mask.is_number_integer());
+                g.columns[std::stoi(edge)] = mask;
+            }
     } catch (std::exception const&) {  // a value of another type
         refuse_unless(false);
     }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "coupler/session.hpp"
@@ -17,6 +18,12 @@ constexpr double longest_run = 1e11;  // windows: ticks are 64-bit
 bool has(std::int32_t bits, Request request)
 {
     return (bits & static_cast<std::int32_t>(request)) != 0;
+}
+
+//! How many windows of `length` ticks cover `left`.
+std::int64_t count_of(std::int64_t left, std::int64_t length)
+{
+    return left / length + (left % length > 0);
 }
 
 }  // namespace
@@ -33,7 +40,8 @@ void Participant::Session::start_pace()
         if (!g.exact || g.window <= 0) continue;
         pace.exact = true;
         auto const step = pace.scale.ticks(g.window);
-        pace.grain = pace.grain == 0 || ticks_per_window % step != 0 ? 0 : std::lcm(pace.grain, step);
+        bool const divides = step > 0 && ticks_per_window % step == 0;  // 0: shorter than half a tick
+        pace.grain = pace.grain == 0 || !divides ? 0 : std::lcm(pace.grain, step);
     }
     auto const count = static_cast<std::int64_t>(std::ceil(scene.end / window_length - 1e-9));
     pace.end = pace.exact ? count * ticks_per_window : std::max<std::int64_t>(1, pace.scale.ticks(scene.end));
@@ -70,7 +78,7 @@ Plan Participant::Session::next_plan(std::int64_t window)
         pace.stored = Clock::now();
         pace.stored_window = window;
     }
-    status->windows = window + (left + pace.length - 1) / pace.length;
+    status->windows = window + count_of(left, pace.length);
     return plan;
 }
 
@@ -123,8 +131,20 @@ void Participant::Session::take_plan(int member, Header const& header)
                                  plan.window, name_of_member(member), next_planned_, name_of_member(pacer)),
                      Exit::protocol);
     });
+    auto const longest = std::numeric_limits<std::int64_t>::max() - next_begin_;
+    bool const possible = !plan.checkpoint || status->can_store != 0;
+    require(plan.begin == next_begin_ && plan.length <= longest && possible, [&] {
+        return Error(
+            fmt::format("a plan for window {} from \"{}\", of {} ticks from tick {} on{} (needed: from tick {} "
+                        "on, a checkpoint only where all can store their state). Do all participants run the "
+                        "same Sluice?",
+                        plan.window, name_of_member(member), plan.length, plan.begin,
+                        plan.checkpoint ? ", with a checkpoint" : "", next_begin_),
+            Exit::protocol);
+    });
     ++next_planned_;
-    status->windows = std::max(plan.window + (pace.end - plan.begin + plan.length - 1) / plan.length, plan.window + 1);
+    next_begin_ = plan.begin + plan.length;
+    status->windows = std::max(plan.window + count_of(pace.end - plan.begin, plan.length), plan.window + 1);
     told_.push_back(plan);
 }
 
@@ -292,6 +312,7 @@ void Participant::Session::resume()
     pace.stored_window = window;
     pace.stored = Clock::now();
     next_planned_ = window;
+    next_begin_ = begin_;
     window_length = pace.scale.window = state.number("first_window");
     resumed_plan_ = Plan{.window = window, .begin = begin_, .length = state.integer("length")};
     resumed_at = pace.scale.seconds(begin_);

@@ -247,9 +247,10 @@ struct Participant::Session
     bool ledger_warned_ = false, energy_warned_ = false, staggering_warned_ = false;
     std::vector<int> late_greetings_;
     Plan plan_;
-    std::deque<Plan> told_;  //!< by the one who paces, not used yet
-    std::int64_t next_planned_ = 0;
-    std::int64_t begin_ = 0;  //!< of the window to be planned, ticks
+    std::deque<Plan> told_;          //!< by the one who paces, not used yet
+    std::int64_t next_planned_ = 0;  //!< window that the next plan to come is for
+    std::int64_t next_begin_ = 0;    //!< and where it begins, ticks
+    std::int64_t begin_ = 0;         //!< of the window to be planned, ticks
     std::unique_ptr<CheckpointStore> store_;
     std::optional<Manifest> pending_;  //!< the checkpoint that is being written: parts that have been reported
     std::vector<std::pair<int, std::string>> early_reports_;

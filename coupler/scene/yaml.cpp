@@ -299,8 +299,8 @@ Reader read_yaml(std::string const& text, std::string const& file, std::vector<s
     count_nodes(root, 0, nodes, *diagnostics, root.Mark());
     require_last_quote_closed(root, *diagnostics);
     require(root.IsMap(), [&] {
-        auto const place =
-            text.find_first_not_of(" \t\r\n") == text.npos ? file + ":1:1" : place_of(root.Mark(), *diagnostics);
+        bool const nowhere = root.Mark().is_null();  // a text of nothing, or of comments alone
+        auto const place = nowhere ? file + ":1:1" : place_of(root.Mark(), *diagnostics);
         return Error(place + ": not a mapping of keys (a scene starts with \"sluice: 1\").");
     });
     for (auto const& change : overrides) {

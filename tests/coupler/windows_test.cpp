@@ -161,6 +161,33 @@ TEST_CASE("windows: steps that are exact keep every window a multiple of them")
     CHECK(b.worst < 1e-12);
 }
 
+TEST_CASE("windows: an exact step too short to be counted in ticks only keeps them from changing their length")
+{
+    Seen b;
+    std::string why;
+    in_threads::Scratch scratch;
+    auto const tiny = [&](sluice::Participant& self) {
+        self.config().finish();
+        double value = 3;
+        auto tell = [&] { self.write("b", "place", toys::one_point, {std::span(&value, 1)}); };
+        tell();
+        self.propose_window(1e-12, true);
+        for (sluice::Window const& window : self.windows()) {
+            try {
+                self.next_window(0.2);
+            } catch (sluice::Error const& error) {
+                why = error.what();
+            }
+            value = 3 + 2 * window.end;
+            tell();
+        }
+    };
+    expect_well(in_threads::run(two("end: 1, window: 0.1, pace: a", parallel), {{"a", tiny}, {"b", signal("a", b)}},
+                                scratch.path()));
+    CHECK(b.ends.size() == 10);
+    CHECK(why.find("no common divisor that ticks can express") != std::string::npos);
+}
+
 TEST_CASE("data: without points, and columns that the receiver does not read")
 {
     std::string const scene = R"(sluice: 1

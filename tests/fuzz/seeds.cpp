@@ -66,7 +66,7 @@ void write_frames(std::filesystem::path const& folder)
 }
 
 //! Steps of fuzz_handshake: 0 greets, 3 plans, 4 VALUE sends a frame, 6 says goodbye, 7 is lost, 8 begins anew, 10
-//! repeats.
+//! repeats, 11 ENTRY TEXT changes its greetings, 12 VALUE iterates, 14 says a verdict, 15 a power.
 void write_handshakes(std::filesystem::path const& folder)
 {
     auto write = [&](char const* name, std::initializer_list<std::uint8_t> steps) {
@@ -78,6 +78,22 @@ void write_handshakes(std::filesystem::path const& folder)
     write("invalid-doubled", {1, 0, 4, 1, 10, 3, 4, 2, 3, 4, 3, 3, 4, 4, 6});
     write("invalid-other-name", {1, 1, 4, 3, '"', 'x', '"', 4, 1, 3, 4, 2});
     write("invalid-not-met", {1, 4, 1, 3, 4, 2, 3, 4, 3, 3, 4, 4, 6});
+    write("valid-group-reads", {2, 0, 4, 1, 4, 2, 12, 2, 12, 2, 4, 2, 4, 2, 6});
+    write("valid-group-told", {3, 0, 4, 1, 3,  4, 2, 14, 0, 0, 5, 5, 5, 0, 0, 0, 0, 12, 3, 14, 1, 0, 5, 5, 0, 1, 1, 0,
+                               0, 3, 4, 3, 14, 0, 0, 5,  5, 0, 0, 0, 0, 0, 3, 4, 4, 14, 0, 0,  5, 5, 0, 0, 0, 0, 0, 6});
+    write("valid-loads", {4, 0, 4, 1, 15, 4, 0, 0, 0, 0, 4, 1, 15, 4, 1, 0, 1, 0, 4, 2, 15, 4, 2, 0, 2, 0, 4, 3, 6});
+    write("valid-motion", {5, 0, 4, 1, 3, 4, 2, 3, 4, 3, 3, 4, 4, 6});
+    write("valid-box", {4,   11,  10,  17,  '[', '[', '0', ',', '0', ',', '0', ']', ',', '[', '1', ',', '1',
+                        ',', '1', ']', ']', 0,   4,   1,   15,  4,   0,   0,   0,   0,   4,   1,   15,  4,
+                        0,   0,   0,   0,   4,   1,   15,  4,   0,   0,   0,   0,   4,   1,   6});
+    write("valid-tiny-step", {1,   11,  2, 4, 't', 'r', 'u', 'e', 11, 9, 6, '1', 'e', '-', '3',
+                              '0', '0', 0, 4, 1,   3,   4,   2,   3,  4, 3, 3,   4,   4,   6});
+    write("invalid-whole-number", {1, 11, 6, 5, '1', 'e', '3', '0', '0', 0, 4, 1, 3, 4, 2, 3, 4, 3, 3, 4, 4, 6});
+    // 5 KIND SESSION EDGE COLUMNS FRAME TICKS POINTS ITERATION TEXT: a checkpoint that nobody can store, a window that
+    // begins where none has ended, a frame of another time
+    write("invalid-checkpoint", {1, 0, 4, 1, 5, 6, 0, 0, 2, 8, 8, 7, 0, 0, 4, 2, 6});
+    write("invalid-late-window", {1, 0, 4, 1, 5, 6, 0, 0, 1, 8, 9, 7, 0, 0, 4, 2, 6});
+    write("invalid-early-frame", {1, 0, 4, 1, 3, 5, 2, 0, 0, 0, 9, 8, 1, 0, 0, 3, 4, 3, 3, 4, 4, 6});
     write("invalid-any", {1, 0, 4, 1, 5, 2, 2, 0, 1, 9, 9, 1, 0, 2, 7, 7});
 }
 
