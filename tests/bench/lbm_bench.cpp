@@ -42,7 +42,7 @@ constexpr double bytes_per_update = 2.0 * lbm::directions * sizeof(double);  //!
 //! Best rate of a[i] = s a[i] over nine arrays far larger than the caches [B/s]: what an in-place step can reach.
 double in_place_bandwidth(int threads, Size const& size)
 {
-    lbm::Team team(threads);
+    sluice::Team team(threads);
     lbm::Populations memory(size.nx, size.ny, team);  // the solver's own arrays: huge pages
     std::ptrdiff_t const piece = size.ny * memory.stride();
     auto const bytes = static_cast<double>(lbm::directions * piece) * sizeof(double);
