@@ -41,9 +41,11 @@ std::vector<std::string> names_of(std::vector<CrewMember> const& members)
 class Run
 {
  public:
-    Run(Scene const& scene, std::filesystem::path const& directory, Begin begin, std::string resume)
+    Run(Scene const& scene, std::filesystem::path const& directory, Begin begin, std::string resume,
+        UserSignals& signals)
         : crew_{.scene = scene, .directory = directory, .members = members_of_crew(scene), .pages = {}, .jobs = {}},
           resume_(std::move(resume)),
+          signals_(signals),
           watchdog_(names_of(crew_.members), scene.window_timeout)
     {
         adopt_orphans();
@@ -68,7 +70,8 @@ class Run
 
     Crew crew_;
     std::string resume_;
-    UserSignals signals_;
+    UserSignals& signals_;
+    UserSignals::Listening listening_;
     Restarts restarts_;
     Watchdog watchdog_;
     int stop_signal_ = 0;
@@ -198,12 +201,12 @@ RunEnding Run::watch(Progress& progress)
 }  // namespace
 
 RunEnding launch(Scene const& scene, std::filesystem::path const& directory, Progress& progress, Begin begin,
-                 std::string const& resume)
+                 std::string const& resume, UserSignals& signals)
 {
     auto const started = Clock::now();
     RunEnding ending;
     {
-        Run run(scene, directory, begin, resume);
+        Run run(scene, directory, begin, resume, signals);
         ending = run.watch(progress);
         ending.restarts = run.restarts();
     }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "coupler/cli/progress.hpp"
+#include "coupler/cli/signals.hpp"
 #include "coupler/cli/start.hpp"
 #include "coupler/scene/scene.hpp"
 
@@ -26,8 +27,8 @@ struct RunEnding
 //!   solvers keep their state (exit 75), else without (exit 130). A second signal, or 15 s: it is ended (exit 130).
 //! - SIGUSR1: a checkpoint before the next window.
 //!
-//! `resume`: how the user goes on with a stopped run, for the message.
+//! `resume`: how the user goes on with a stopped run, for the message. `signals`: one that came before counts, too.
 RunEnding launch(Scene const& scene, std::filesystem::path const& directory, Progress& progress, Begin begin,
-                 std::string const& resume);
+                 std::string const& resume, UserSignals& signals);
 
 }  // namespace sluice

@@ -46,7 +46,7 @@ void collect_and_show(Options const& o, Scene const& scene, RunEnding const& end
 }
 
 //! Starts all, waits, collects. The directory is locked and made ready.
-int carry_out(Options const& o, CheckedScene const& checked, RunRecord record, Begin begin)
+int carry_out(Options const& o, CheckedScene const& checked, RunRecord record, Begin begin, UserSignals& signals)
 {
     Scene const& scene = checked.loaded.scene;
     if (!o.quiet)
@@ -55,7 +55,7 @@ int carry_out(Options const& o, CheckedScene const& checked, RunRecord record, B
     std::vector<std::string> names;
     for (auto const& member : members_of_crew(scene)) names.push_back(member.name);
     Progress progress(names, o.quiet);
-    auto const ending = launch(scene, o.directory, progress, begin, "sluice resume " + o.directory.string());
+    auto const ending = launch(scene, o.directory, progress, begin, "sluice resume " + o.directory.string(), signals);
     if (ending.exit != 0) std::fprintf(stderr, "%s\n", ending.message.c_str());
     record.parts.push_back(ending.wall_seconds);
     collect_and_show(o, scene, ending, record);
@@ -106,6 +106,7 @@ void require_checkpoint(Options const& o, Scene const& scene)
 
 int run_command(Options o)
 {
+    UserSignals signals;
     if (o.directory.empty()) o.directory = path("runs") / o.choice.scene.stem();
     auto const checked = check_scene(o.choice);
     Scene const& scene = checked.loaded.scene;
@@ -117,11 +118,12 @@ int run_command(Options o)
                            .set = o.choice.overrides,
                            .parts = {}};
     record.write(o.directory);
-    return carry_out(o, checked, record, Begin::anew);
+    return carry_out(o, checked, record, Begin::anew, signals);
 }
 
 int resume_command(Options o)
 {
+    UserSignals signals;
     require(std::filesystem::is_directory(o.directory), [&] {
         return Error(o.directory.string() + ": no such directory (needed: the directory of a run).", Exit::io);
     });
@@ -137,7 +139,7 @@ int resume_command(Options o)
     require_checkpoint(o, checked.loaded.scene);
     put_part_aside(checked.loaded.scene, o.directory, static_cast<int>(record.parts.size()));
     record.write(o.directory);
-    return carry_out(o, checked, record, Begin::resumed);
+    return carry_out(o, checked, record, Begin::resumed, signals);
 }
 
 }  // namespace sluice

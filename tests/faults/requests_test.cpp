@@ -81,6 +81,8 @@ TEST_CASE("F17: SIGTERM or SIGINT to the launcher or a participant at a random m
         auto const result = run.wait(60);
         row.took(result.seconds, 20.0);
         // before there are windows there is nothing to store: interrupted, or as one that died
+        CAPTURE(result.exit);
+        CAPTURE(result.output);
         bool const early = result.exit == 130 || (!to_launcher && result.exit == 3);
         CHECK((result.exit == 0 || result.exit == 75 || early));
         if (early) CHECK(has(first_line(result), "before its first window"));
