@@ -327,6 +327,8 @@ Config read_config(Reader r, int dimension, Vec3 gravity)
         config.fluid_density = buoyancy->number("density", {.above = 0.0, .max = 1e5, .unit = "kg/m3"});
         buoyancy->finish();
     }
+    if (config.scheme == Scheme::liggghts && config.contact.rolling == Rolling::elastic_plastic)
+        r.problem("scheme", "liggghts has no elastic_plastic rolling (give contact.rolling: constant).");
     read_matter(r, config);
     read_step(r, config);
     if (r.diagnostics()->problems.empty()) dimension == 2 ? warn_of_overlaps<2>(config) : warn_of_overlaps<3>(config);

@@ -82,6 +82,7 @@ struct Config
     ContactConfig contact;
     Scheme scheme = Scheme::predicted;
     int threads = 1;
+    bool loads = true;  //!< a partner may act on the grains; not in the scene's block
     std::vector<WallConfig> walls;
     std::optional<ColumnConfig> column;
     std::vector<GrainConfig> grains;

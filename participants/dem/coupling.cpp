@@ -308,7 +308,7 @@ void describe(Config const& config)
 template <int D>
 void run(sluice::Participant& self, Config const& config)
 {
-    bool const ledger = self.scene().series_interval > 0;
+    bool const series = self.scene().series_interval > 0, ledger = series && config.scheme != Scheme::liggghts;
     Solver<D> solver = prepare_solver<D>(self, config, ledger ? Ledger::on : Ledger::off);
     Start start;
     self.keeps(
@@ -320,7 +320,9 @@ void run(sluice::Participant& self, Config const& config)
             solver.restore(kept_state<D>(state, solver.setup(), count_grains(config)));
             start = Start::kept(state);
         });
-    if (!ledger) self.skipped("energy ledger", "no time series is asked for (output.series)", 1.0);
+    if (!ledger)
+        self.skipped("energy ledger",
+                     series ? "scheme: liggghts keeps none" : "no time series is asked for (output.series)", 1.0);
     auto const receivers = self.receivers("kinematics"), senders = self.senders("load");
     if (senders.empty()) self.skipped("fluid", "no participant sends a load: it is not started", 1.0);
 
@@ -363,11 +365,12 @@ void take_part(sluice::Participant& self)
     self.takes({"load"});
     auto const& gravity = self.scene().gravity;
     int const dimension = self.scene().dimension;
-    Config const config =
+    Config config =
         read_config(self.config(), dimension, {gravity[0], gravity[1], dimension == 3 ? gravity[2] : 0.0});
     for (auto const& warning : config.warnings) self.warn(warning);
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);
+    config.loads = !self.senders("load").empty();
     dimension == 2 ? run<2>(self, config) : run<3>(self, config);
 }
 

@@ -17,6 +17,7 @@ Setup<D> make_setup(Config const& config, Ledger ledger)
     f.scheme = config.scheme;
     f.ledger = ledger == Ledger::on;
     setup.threads = config.threads;
+    setup.loads = config.loads;
     for (WallConfig const& wall : config.walls) {
         Shape<D> shape = Plane<D>{to_dimension<D>(wall.point), to_dimension<D>(wall.normal)};
         if (wall.radius > 0.0)

@@ -207,7 +207,7 @@ struct Setup
     double skin = 0.0;              //!< reach of the neighbour list beyond contact [m]
     bool absolute_damping = false;  //!< dashpots in N s/m, whatever the masses (LIGGGHTS' order only)
     bool loads = true;              //!< somebody may set grains.external
-    int threads = 1;  //!< that share the loops over spheres
+    int threads = 1;                //!< that share the loops over spheres
     bool plain = false;             //!< pairs one at a time: the oracle of the packed loop
     Features features;
 };

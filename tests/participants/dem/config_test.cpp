@@ -187,4 +187,5 @@ TEST_CASE("config: mistakes in space give one clear message each")
     check("axis: [0, 0, 3]", "axis: [0, 0, 0]", "no length");
     check("grains: inside", "grains: insde", "Did you mean inside?");
     check("moves_until: 2", "moves_til: 2", "Did you mean moves_until?");
+    check("density: 2650", "scheme: liggghts\ndensity: 2650", "scheme: liggghts has no elastic_plastic rolling");
 }
