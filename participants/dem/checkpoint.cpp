@@ -181,7 +181,6 @@ void visit(Walk& walk, AnyState& s)
         auto& wall = s.walls[w];
         walk(name + "active", wall.active);
         walk(name + "grain", wall.grain);
-        walk(name + "facet", wall.facet);
         visit_history(walk, name, wall.history);
         walk(name + "shift", wall.shift);
         walk(name + "built_shift", wall.built_shift);
@@ -230,10 +229,7 @@ bool is_consistent(State<D> const& s, std::size_t grains, Features const& featur
     return each_grain.ok && sized(s.grains.id, grains) && sized(s.built, grains) && sized(p.first, grains + 1) &&
            p.first.front() == 0 && p.first.back() == p.other.size() && std::ranges::is_sorted(p.first) &&
            sized(p.sqrt_mass, p.other.size()) && contacts(p.history, p.other) &&
-           std::ranges::all_of(s.walls, [&](WallContacts<D> const& w) {
-               return contacts(w.history, w.grain) && sized(w.facet, w.grain.size()) &&
-                      std::ranges::all_of(w.facet, [](auto facet) { return facet == 0; });
-           });
+           std::ranges::all_of(s.walls, [&](WallContacts<D> const& w) { return contacts(w.history, w.grain); });
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
     for (; k < contacts.grain.size(); ++k) {
         std::size_t const i = contacts.grain[k];
         double const radius = g.place[i].radius;
-        Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift, contacts.facet[k]);
+        Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift);
         Contact<D> c = contact_with_wall<D>(at.normal, radius);
         double const overlap = radius - at.distance;
         if constexpr (F.scheme == Scheme::liggghts) shorten_arms(c, radius, 0.0, overlap);

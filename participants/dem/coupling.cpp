@@ -365,8 +365,7 @@ void take_part(sluice::Participant& self)
     self.takes({"load"});
     auto const& gravity = self.scene().gravity;
     int const dimension = self.scene().dimension;
-    Config config =
-        read_config(self.config(), dimension, {gravity[0], gravity[1], dimension == 3 ? gravity[2] : 0.0});
+    Config config = read_config(self.config(), dimension, {gravity[0], gravity[1], dimension == 3 ? gravity[2] : 0.0});
     for (auto const& warning : config.warnings) self.warn(warning);
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);

@@ -73,8 +73,7 @@ void measure_contacts(Solver<D> const& solver, Measures<D>& m)
                 auto const& wall = solver.state().walls[w];
                 for (std::size_t k = 0; k < wall.grain.size(); ++k) {
                     auto const& place = g.place[wall.grain[k]];
-                    double const overlap =
-                        place.radius - shape.facing(place.centre - wall.shift, wall.facet[k]).distance;
+                    double const overlap = place.radius - shape.facing(place.centre - wall.shift).distance;
                     if (overlap <= 0.0) continue;
                     ++m.contacts, ++touching[wall.grain[k]];
                     m.largest_overlap = std::max(m.largest_overlap, overlap / (2.0 * place.radius));

@@ -189,12 +189,11 @@ void rebuild_wall(Wall<D> const& wall, Setup<D> const& setup, State<D> const& st
     WallContacts<D> fresh = contacts;
     fresh.built_shift = contacts.shift;
     fresh.grain.clear();
-    fresh.facet.clear();
     std::vector<std::size_t> known;  // where the history of a contact is, if it has one
     std::size_t from = 0;
     auto const look = [&](auto const& shape) {
         for (std::size_t i = 0; i < g.size(); ++i) {
-            Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift, 0);
+            Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift);
             if (at.distance - g.place[i].radius >= setup.skin) continue;
             sluice::require(at.distance > 0.0, [&] {
                 return sluice::Error(
@@ -206,7 +205,6 @@ void rebuild_wall(Wall<D> const& wall, Setup<D> const& setup, State<D> const& st
             while (from < contacts.grain.size() && contacts.grain[from] < i) ++from;
             known.push_back(from < contacts.grain.size() && contacts.grain[from] == i ? from : contacts.grain.size());
             fresh.grain.push_back(static_cast<std::uint32_t>(i));
-            fresh.facet.push_back(0);
         }
     };
     if (contacts.active) std::visit(look, wall.shape);

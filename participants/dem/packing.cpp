@@ -36,7 +36,7 @@ template <int D>
 bool fits(Setup<D> const& setup, Vec<D> centre, double radius)
 {
     for (Wall<D> const& wall : setup.walls) {
-        auto const at = std::visit([&](auto const& shape) { return shape.facing(centre, 0); }, wall.shape);
+        auto const at = std::visit([&](auto const& shape) { return shape.facing(centre); }, wall.shape);
         if (at.distance < radius) return false;
     }
     return true;

@@ -14,14 +14,14 @@
 namespace dem {
 namespace {
 
-constexpr std::uint64_t magic = 0x3230504d45444c53;  // "SLDEMP02"; raise it when pour_packing changes
+constexpr std::uint64_t magic = 0x3330504d45444c53;  // "SLDEMP03"; raise it when pour_packing changes
 
 //! The numbers of a packing, free of padding.
 template <int D>
 struct Flat
 {
     std::vector<double> numbers;     //!< per grain: centre, radius
-    std::vector<std::uint32_t> who;  //!< per record: first, second, facet
+    std::vector<std::uint32_t> who;  //!< per record: first, second
     std::vector<double> histories;   //!< per record: friction, rolling
     double kinetic_ratio = 0.0;
     static constexpr std::size_t per_grain = D + 1, per_history = D == 2 ? 2 : 6;
@@ -60,7 +60,7 @@ Flat<D> flat(Packing<D> const& packing)
     Flat<D> flat;
     for (auto const& [centre, radius] : packing.place) put(flat.numbers, centre), put(flat.numbers, radius);
     for (auto const& r : packing.records) {
-        flat.who.insert(flat.who.end(), {r.first, r.second, r.facet});
+        flat.who.insert(flat.who.end(), {r.first, r.second});
         put(flat.histories, r.friction), put(flat.histories, r.rolling);
     }
     flat.kinetic_ratio = packing.kinetic_ratio;
@@ -70,8 +70,8 @@ Flat<D> flat(Packing<D> const& packing)
 template <int D>
 std::optional<Packing<D>> packing_of(Flat<D> const& flat)
 {
-    std::size_t const grains = flat.numbers.size() / Flat<D>::per_grain, records = flat.who.size() / 3;
-    if (flat.numbers.size() != grains * Flat<D>::per_grain || flat.who.size() != 3 * records ||
+    std::size_t const grains = flat.numbers.size() / Flat<D>::per_grain, records = flat.who.size() / 2;
+    if (flat.numbers.size() != grains * Flat<D>::per_grain || flat.who.size() != 2 * records ||
         flat.histories.size() != records * Flat<D>::per_history)
         return std::nullopt;
     Packing<D> packing;
@@ -83,9 +83,8 @@ std::optional<Packing<D>> packing_of(Flat<D> const& flat)
     from = flat.histories.data();
     for (std::size_t k = 0; k < records; ++k) {
         auto& r = packing.records[k];
-        r.first = flat.who[3 * k];
-        r.second = flat.who[3 * k + 1];
-        r.facet = flat.who[3 * k + 2];
+        r.first = flat.who[2 * k];
+        r.second = flat.who[2 * k + 1];
         take(from, r.friction), take(from, r.rolling);
     }
     return packing;

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "coupler/base/error.hpp"
@@ -37,9 +36,9 @@ void check_inside(Setup<D> const& setup, Grains<D> const& g)
 {
     for (Wall<D> const& wall : setup.walls)
         for (std::size_t i = 0; i < g.size(); ++i) {
-            auto const at = std::visit(
-                [&](auto const& shape) { return shape.facing(g.place[i].centre - wall.motion.shift(0.0), 0); },
-                wall.shape);
+            auto const at =
+                std::visit([&](auto const& shape) { return shape.facing(g.place[i].centre - wall.motion.shift(0.0)); },
+                           wall.shape);
             sluice::require(at.distance > 0.0, [&] {
                 return sluice::Error(
                     "dem: the centre of grain " + std::to_string(g.id[i]) + " is behind wall \"" + wall.name +
@@ -280,12 +279,12 @@ void for_records(AnyState& state, Visit&& visit)
     std::size_t const count = state.grains.size();
     for (std::uint32_t i = 0; i < count; ++i)
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot)
-            visit(ContactRecord<D>{i, pairs.other[slot], 0, {}, {}}, pairs.history, slot);
+            visit(ContactRecord<D>{i, pairs.other[slot], {}, {}}, pairs.history, slot);
     for (std::size_t w = 0; w < state.walls.size(); ++w) {
         auto& contacts = state.walls[w];
         for (std::size_t k = 0; k < contacts.grain.size(); ++k)
-            visit(ContactRecord<D>{contacts.grain[k], static_cast<std::uint32_t>(count + w), contacts.facet[k], {}, {}},
-                  contacts.history, k);
+            visit(ContactRecord<D>{contacts.grain[k], static_cast<std::uint32_t>(count + w), {}, {}}, contacts.history,
+                  k);
     }
 }
 
@@ -306,7 +305,7 @@ std::vector<ContactRecord<D>> records_of(State<D> const& state)
 template <int D>
 void set_records(State<D>& state, std::span<ContactRecord<D> const> records)
 {
-    auto const key = [](ContactRecord<D> const& r) { return std::tuple(r.first, r.second, r.facet); };
+    auto const key = [](ContactRecord<D> const& r) { return std::pair(r.first, r.second); };
     std::vector<ContactRecord<D>> sorted(records.begin(), records.end());
     std::sort(sorted.begin(), sorted.end(), [&](auto const& a, auto const& b) { return key(a) < key(b); });
     for_records<D>(state, [&](ContactRecord<D> const& record, History<D>& history, std::size_t at) {

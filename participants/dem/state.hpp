@@ -117,13 +117,12 @@ struct Pairs
     History<D> history;
 };
 
-//! The grains near one wall, ascending by grain, then by facet, with their history.
+//! The grains near one wall, ascending, with their history.
 template <int D>
 struct WallContacts
 {
     bool active = true;  //!< false once the wall has been removed
     std::vector<std::uint32_t> grain;
-    std::vector<std::uint32_t> facet;  //!< of the wall's shape; 0 where it has one face
     History<D> history;
     Vec<D> shift;        //!< where the wall has moved to [m]
     Vec<D> built_shift;  //!< where it was when the lists were built [m]
@@ -137,7 +136,6 @@ struct ContactRecord
 {
     std::uint32_t first = 0;   //!< grain
     std::uint32_t second = 0;  //!< grain > first, or wall index + number of grains
-    std::uint32_t facet = 0;   //!< of a wall
     Tangent<D> friction = {};  //!< [N]
     Tangent<D> rolling = {};   //!< [N]
     bool operator==(ContactRecord const&) const = default;

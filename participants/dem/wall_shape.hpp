@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <variant>
@@ -27,7 +26,7 @@ struct Plane
     Vec<D> point;   //!< [m]
     Vec<D> normal;  //!< unit vector
 
-    Facing<D> facing(Vec<D> centre, std::uint32_t) const noexcept { return {dot(centre - point, normal), normal}; }
+    Facing<D> facing(Vec<D> centre) const noexcept { return {dot(centre - point, normal), normal}; }
 };
 
 //! A cylinder of unlimited length about `axis` (in the plane: a circle), grains inside or outside.
@@ -39,7 +38,7 @@ struct Cylinder
     double radius = 0.0;  //!< [m]
     bool inside = true;   //!< the grains are inside
 
-    Facing<D> facing(Vec<D> centre, std::uint32_t) const noexcept
+    Facing<D> facing(Vec<D> centre) const noexcept
     {
         Vec<D> const off = centre - point;
         Vec<D> const radial = off - dot(off, axis) * axis;
