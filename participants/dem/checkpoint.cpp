@@ -14,40 +14,35 @@ namespace dem {
 namespace {
 
 //! Calls `each` for the numbers that a row consists of, without its padding.
-template <class Each>
-void spread(double& number, Each&& each)
-{
-    each(number);
-}
 template <int D, class Each>
 void spread(Vec<D>& v, Each&& each)
 {
-    for (int k = 0; k < D; ++k) each(component<D>(v, k));
+    each_number(v, each);
 }
 template <int D, class Each>
 void spread(Place<D>& place, Each&& each)
 {
-    spread(place.centre, each);
+    each_number(place.centre, each);
     each(place.radius);
 }
 template <int D, class Each>
 void spread(Motion<D>& motion, Each&& each)
 {
-    spread(motion.velocity, each);
-    spread(motion.spin, each);
+    each_number(motion.velocity, each);
+    each_number(motion.spin, each);
 }
 template <int D, class Each>
 void spread(Load<D>& load, Each&& each)
 {
-    spread(load.force, each);
-    spread(load.torque, each);
+    each_number(load.force, each);
+    each_number(load.torque, each);
 }
 template <int D, class Each>
 void spread(Lossy<D>& lossy, Each&& each)
 {
     each(lossy.normal);
-    spread(lossy.tangential, each);
-    spread(lossy.rolling, each);
+    each_number(lossy.tangential, each);
+    each_number(lossy.rolling, each);
     each(lossy.slides);
 }
 template <class Row>

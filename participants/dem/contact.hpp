@@ -178,9 +178,7 @@ inline void resist_rolling(ContactLaw const& law, Touching<D> const& c, Stiffnes
         Tangent<D> const stretched = memory.rolling + stiffness * share * c.step_roll;
         Tangent<D> const dashpot = law.rolling.damping * std::sqrt(now.tangential) * c.sqrt_mass * c.roll;
         Limited<Tangent<D>> r = limited(stretched, dashpot, limit);
-        if (r.slides) {  // the spring alone takes the limit: no dashpot beyond it
-            r = limited(stretched, Tangent<D>{}, limit);
-        }
+        if (r.slides) r = limited(stretched, Tangent<D>{}, limit);  // the spring alone: no dashpot beyond the limit
         f.rolling = r.force;
         if constexpr (F.ledger) {
             f.lossy.rolling = r.force - r.spring;
@@ -197,6 +195,7 @@ Forces<D> first_forces(ContactLaw const& law, double dt, Touching<D> const& c, d
                        Books& books) noexcept
 {
     double const touched = c.overlap / c.step_closing, lag = touched * dt, missing = (touched - 0.5) * dt;
+    double const per_dt = 1.0 / dt;  // a step there was: the contact closed in it
     double const inverse_n = 1.0 / (c.sqrt_mass * c.sqrt_mass), inverse_t = inverse_n + turning;
     Stiffness const now = stiffness_at<F.elasticity>(law, c.overlap, c.radius);
     Forces<D> f;
@@ -207,7 +206,6 @@ Forces<D> first_forces(ContactLaw const& law, double dt, Touching<D> const& c, d
     f.impulse_n = missing * f.lossy.normal;
     if constexpr (F.friction) {
         Stiffness const touch = stiffness_at<F.elasticity>(law, 0.0, c.radius);
-        double const per_dt = dt > 0.0 ? 1.0 / dt : 0.0;
         double const first_normal = law.normal.limited(touch.normal * c.sqrt_mass * per_dt * c.step_closing);
         auto const t0 = limited(memory.friction, touch.slip * c.sqrt_mass * per_dt * c.step_slip,
                                 law.tangential.friction * std::abs(first_normal));
@@ -227,7 +225,6 @@ Forces<D> first_forces(ContactLaw const& law, double dt, Touching<D> const& c, d
     }
     if constexpr (F.rolling != Rolling::none) resist_rolling<F>(law, c, now, now, touched, memory, f, books);
     if constexpr (F.ledger) {
-        double const per_dt = 1.0 / dt;
         books.touch += 0.5 * now.force * c.step_closing - now.energy;
         books.normal_dashpot += f.impulse_n * (per_dt * c.step_closing - 0.5 * f.impulse_n * inverse_n);
         (f.lossy.slides ? books.sliding : books.tangential_dashpot) +=

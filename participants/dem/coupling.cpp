@@ -33,14 +33,10 @@ std::filesystem::path packing_cache()
 }
 
 //! A vector's numbers at the end of a list.
-void append(std::vector<double>& to, double number)
+template <class V>
+void append(std::vector<double>& to, V v)
 {
-    to.push_back(number);
-}
-template <int D>
-void append(std::vector<double>& to, Vec<D> const& v)
-{
-    for (int k = 0; k < D; ++k) to.push_back(component(v, k));
+    each_number(v, [&](double number) { to.push_back(number); });
 }
 
 //! The grains as columns for frames, files and archives: interleaved, as all of those want them.

@@ -30,6 +30,18 @@ struct Energies
     double balance() const { return held() + lost() - external_work - wall_work; }
 };
 
+//! Kinetic energy of all grains, linear and rotational [J].
+template <int D>
+double kinetic_energy(Grains<D> const& grains)
+{
+    double sum = 0.0;
+    for (std::size_t i = 0; i < grains.size(); ++i) {
+        auto const& [velocity, spin] = grains.motion[i];
+        sum += 0.5 * grains.mass[i] * dot(velocity, velocity) + 0.5 * grains.inertia[i] * dot(spin, spin);
+    }
+    return sum;
+}
+
 //! The energies at the current time. Without Features::ledger the booked ones are zero.
 template <int D>
 Energies energies(Setup<D> const& setup, State<D> const& state);

@@ -91,34 +91,35 @@ void measure_contacts(Solver<D> const& solver, Measures<D>& m)
     m.coordination = bearing > 0 ? static_cast<double>(sum) / static_cast<double>(bearing) : 0.0;
 }
 
+//! Sum over slices across x of a body of this radius, within [low, high]: `across(half)` is the extent of the slice
+//! whose half width is given.
+template <class Across>
+double sliced(double x, double radius, double low, double high, Across&& across)
+{
+    constexpr int slices = 64;
+    double sum = 0.0;
+    for (int s = 0; s < slices; ++s) {
+        double const offset = radius * ((s + 0.5) * 2.0 / slices - 1.0);
+        if (x + offset < low || x + offset > high) continue;
+        sum += across(std::sqrt(radius * radius - offset * offset)) * 2.0 * radius / slices;
+    }
+    return sum;
+}
+
 //! Area of a disc within a rectangle [m2]: strips, each clipped exactly in y.
 double clipped(Vec2 centre, double radius, Vec2 lower, Vec2 upper)
 {
-    constexpr int strips = 64;
-    double area = 0.0;
-    for (int s = 0; s < strips; ++s) {
-        double const offset = radius * ((s + 0.5) * 2.0 / strips - 1.0), x = centre.x + offset;
-        if (x < lower.x || x > upper.x) continue;
-        double const half = std::sqrt(radius * radius - offset * offset);
-        double const length = std::min(upper.y, centre.y + half) - std::max(lower.y, centre.y - half);
-        area += std::max(0.0, length) * 2.0 * radius / strips;
-    }
-    return area;
+    return sliced(centre.x, radius, lower.x, upper.x, [&](double half) {
+        return std::max(0.0, std::min(upper.y, centre.y + half) - std::max(lower.y, centre.y - half));
+    });
 }
 
 //! Volume of a sphere within a box [m3]: slices along x, each a clipped disc.
 double clipped(Vec3 centre, double radius, Vec3 lower, Vec3 upper)
 {
-    constexpr int slices = 64;
-    double volume = 0.0;
-    for (int s = 0; s < slices; ++s) {
-        double const offset = radius * ((s + 0.5) * 2.0 / slices - 1.0), x = centre.x + offset;
-        if (x < lower.x || x > upper.x) continue;
-        double const disc = std::sqrt(radius * radius - offset * offset);
-        volume +=
-            clipped(Vec2{centre.y, centre.z}, disc, {lower.y, lower.z}, {upper.y, upper.z}) * 2.0 * radius / slices;
-    }
-    return volume;
+    return sliced(centre.x, radius, lower.x, upper.x, [&](double disc) {
+        return clipped(Vec2{centre.y, centre.z}, disc, {lower.y, lower.z}, {upper.y, upper.z});
+    });
 }
 
 }  // namespace
@@ -140,11 +141,10 @@ Measures<D> measure(Solver<D> const& solver)
         m.foremost = std::max(m.foremost, right);
         if (belongs[i]) m.front = std::max(m.front, right);
         if (belongs[i] && centre.x < back) m.height = std::max(m.height, up(centre) + radius);
-        m.kinetic += 0.5 * g.mass[i] * dot(g.motion[i].velocity, g.motion[i].velocity) +
-                     0.5 * g.inertia[i] * dot(g.motion[i].spin, g.motion[i].spin);
         mass += g.mass[i];
         moment += g.mass[i] * centre;
     }
+    m.kinetic = kinetic_energy(g);
     m.centre_of_mass = (1.0 / mass) * moment;
     measure_contacts(solver, m);
     return m;

@@ -46,19 +46,23 @@ constexpr std::size_t of_spin = 4;  //!< where the spin is in a Motion<3>, the t
 
 inline PackVec gathered(std::vector<Vec3> const& from, Four const& slot) noexcept
 {
-    PackVec v;
-    Pack rows[4];
-    for (std::size_t k = 0; k < 4; ++k) rows[k] = Pack{from[slot[k]].x, from[slot[k]].y, from[slot[k]].z, 0.0};
-    transpose(rows[0], rows[1], rows[2], rows[3]);
-    v.x = rows[0], v.y = rows[1], v.z = rows[2];
-    return v;
+    auto const row = [&](std::size_t k) { return Pack{from[slot[k]].x, from[slot[k]].y, from[slot[k]].z, 0.0}; };
+    Pack x = row(0), y = row(1), z = row(2), none = row(3);
+    transpose(x, y, z, none);
+    return {x, y, z};
 }
+//! Four vectors as rows of 32 bytes; the fourth number is 0.
+[[gnu::always_inline]] inline std::array<Pack, 4> rows(PackVec v) noexcept
+{
+    Pack last{};
+    transpose(v.x, v.y, v.z, last);
+    return {v.x, v.y, v.z, last};
+}
+
 inline void scatter(PackVec v, std::vector<Vec3>& to, Four const& slot) noexcept
 {
-    Pack w{};
-    transpose(v.x, v.y, v.z, w);
-    Pack const rows[4] = {v.x, v.y, v.z, w};
-    for (std::size_t k = 0; k < 4; ++k) to[slot[k]] = {rows[k][0], rows[k][1], rows[k][2]};
+    auto const r = rows(v);
+    for (std::size_t k = 0; k < 4; ++k) to[slot[k]] = {r[k][0], r[k][1], r[k][2]};
 }
 
 struct PackLimited
@@ -226,21 +230,30 @@ inline FourForces forces_of(ContactLaw const& law, Four const& slot, FourPlaces 
     return f;
 }
 
-inline void add(FourForces f, FourPairs const& p, Grains<3>& g) noexcept
+//! Forces as rows of 32 bytes, one a contact.
+struct RowForces
 {
-    Pack f3{}, i3{}, j3{};
-    transpose(f.force.x, f.force.y, f.force.z, f3);
-    transpose(f.on_i.x, f.on_i.y, f.on_i.z, i3);
-    transpose(f.on_j.x, f.on_j.y, f.on_j.z, j3);
-    Pack const force[4] = {f.force.x, f.force.y, f.force.z, f3}, on_i[4] = {f.on_i.x, f.on_i.y, f.on_i.z, i3},
-               on_j[4] = {f.on_j.x, f.on_j.y, f.on_j.z, j3};
+    std::array<Pack, 4> force, on_i, on_j;
+};
+[[gnu::always_inline]] inline RowForces rows(FourForces const& f) noexcept
+{
+    return {rows(f.force), rows(f.on_i), rows(f.on_j)};
+}
+
+//! What one contact adds to a grain.
+[[gnu::always_inline]] inline void add(Load<3>& to, Pack force, Pack torque) noexcept
+{
+    auto* const row = reinterpret_cast<double*>(&to);
+    store(row, load(row) + force);
+    store(row + of_spin, load(row + of_spin) + torque);
+}
+
+inline void add(FourForces const& f, FourPairs const& p, Grains<3>& g) noexcept
+{
+    RowForces const r = rows(f);
     for (std::size_t k = 0; k < 4; ++k) {
-        auto* const to_i = reinterpret_cast<double*>(&g.contact[p.i[k]]);
-        auto* const to_j = reinterpret_cast<double*>(&g.contact[p.j[k]]);
-        store(to_i, load(to_i) + force[k]);
-        store(to_i + of_spin, load(to_i + of_spin) + on_i[k]);
-        store(to_j, load(to_j) - force[k]);
-        store(to_j + of_spin, load(to_j + of_spin) + on_j[k]);
+        add(g.contact[p.i[k]], r.force[k], r.on_i[k]);
+        add(g.contact[p.j[k]], -r.force[k], r.on_j[k]);
     }
 }
 
@@ -373,19 +386,14 @@ std::size_t add_packed_wall_forces(Plane<3> const& plane, ContactLaw const& law,
                 return begin;
         Pack const sqrt_mass =
             absolute_damping ? all(1.0) : root(Pack{g.mass[i[0]], g.mass[i[1]], g.mass[i[2]], g.mass[i[3]]});
-        FourForces f = forces_of<F>(law, slot, at, m, sqrt_mass, dt, contacts.history);
-        Pack f3{}, i3{};
-        transpose(f.force.x, f.force.y, f.force.z, f3);
-        transpose(f.on_i.x, f.on_i.y, f.on_i.z, i3);
-        Pack const force[4] = {f.force.x, f.force.y, f.force.z, f3}, on_i[4] = {f.on_i.x, f.on_i.y, f.on_i.z, i3};
+        FourForces const f = forces_of<F>(law, slot, at, m, sqrt_mass, dt, contacts.history);
+        auto const force = rows(f.force), on_i = rows(f.on_i);
         for (std::size_t k = 0; k < 4; ++k) {
             if (!(touches >> k & 1u)) {
                 remember<F>(contacts.history, slot[k], Memory<3>{});
                 continue;
             }
-            auto* const to = reinterpret_cast<double*>(&g.contact[i[k]]);
-            store(to, load(to) + force[k]);
-            store(to + of_spin, load(to + of_spin) + on_i[k]);
+            add(g.contact[i[k]], force[k], on_i[k]);
             total += Vec3{force[k][0], force[k][1], force[k][2]};
         }
     }

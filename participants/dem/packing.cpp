@@ -82,13 +82,9 @@ template <int D>
 double kinetic_ratio(Solver<D> const& solver, Config const& config)
 {
     Grains<D> const& g = solver.grains();
-    double kinetic = 0.0, mass = 0.0;
-    for (std::size_t i = 0; i < g.size(); ++i) {
-        kinetic += 0.5 * g.mass[i] * dot(g.motion[i].velocity, g.motion[i].velocity) +
-                   0.5 * g.inertia[i] * dot(g.motion[i].spin, g.motion[i].spin);
-        mass += g.mass[i];
-    }
-    return kinetic / (mass * norm(config.gravity) * 0.5 * (config.diameter_min + config.diameter_max));
+    double mass = 0.0;
+    for (double const m : g.mass) mass += m;
+    return kinetic_energy(g) / (mass * norm(config.gravity) * 0.5 * (config.diameter_min + config.diameter_max));
 }
 
 //! `rate` [1/s]: external force -rate m v on every grain.
@@ -135,13 +131,16 @@ Packing<D> pour_packing(Config const& config, Progress const& progress)
     ContactConfig const& c = dry.contact;
     Setup<D> setup = make_setup<D>(dry);
     setup.features.friction = true;
-    auto const law = [&](double friction) {
+    auto const soft_with = [&](double friction) {
         ContactConfig soft = c;
         soft.damping_ratio = std::max(c.damping_ratio, pouring_damping);
         soft.tangential_damping = pouring_damping;
         soft.friction = friction;
         soft.may_pull = false;
-        return contact_law(soft);
+        Setup<D> all = setup;
+        all.law = contact_law(soft);
+        for (Wall<D>& wall : all.walls) wall.law = all.law;
+        return all;
     };
     double const pi = std::numbers::pi, gravity = norm(dry.gravity), width = column_width(dry);
     auto const mass = [&](double d) { return dry.density * (D == 2 ? pi / 4.0 * d * d : pi / 6.0 * d * d * d); };
@@ -152,11 +151,11 @@ Packing<D> pour_packing(Config const& config, Progress const& progress)
         height / dry.diameter_min * std::sqrt(2.0 * mass(dry.diameter_max) / mass(dry.diameter_min)) * step / pi;
 
     Solver<D> solver(setup, loose_grains<D>(dry, setup));
-    solver.set_law(law(dry.column->packing_friction));
+    solver.set_laws(soft_with(dry.column->packing_friction));
     run_until(solver, dry, progress, "pouring", step / 20.0, 2.0 / fall, 1e-4, 3, 20.0 * fall);
     double ratio = 1.0;
     for (int round = 0; round < longest_hold && ratio > settled_kinetic_ratio; ++round) {
-        solver.set_law(law(c.friction));
+        solver.set_laws(soft_with(c.friction));
         run_until(solver, dry, progress, "relaxing", step / 20.0, 1.0 / wave, 0.01 * settled_kinetic_ratio, 2,
                   200.0 * wave);
         solver.set_laws(setup);

@@ -35,23 +35,15 @@ void visit(auto& archive, auto& flat)
     archive(flat.kinetic_ratio);
 }
 
-void put(std::vector<double>& to, double number)
+template <class V>
+void put(std::vector<double>& to, V v)
 {
-    to.push_back(number);
+    each_number(v, [&](double number) { to.push_back(number); });
 }
-template <int D>
-void put(std::vector<double>& to, Vec<D> const& v)
+template <class V>
+void take(double const*& from, V& v)
 {
-    for (int k = 0; k < D; ++k) to.push_back(component(v, k));
-}
-void take(double const*& from, double& number)
-{
-    number = *from++;
-}
-template <int D>
-void take(double const*& from, Vec<D>& v)
-{
-    for (int k = 0; k < D; ++k) component<D>(v, k) = *from++;
+    each_number(v, [&](double& number) { number = *from++; });
 }
 
 template <int D>

@@ -15,15 +15,10 @@ struct alignas(32) KeptLoad
     Pack force, on_i, on_j;
 };
 
-inline void keep(FourForces f, FourPairs const& p, KeptLoad* kept) noexcept
+inline void keep(FourForces const& f, FourPairs const& p, KeptLoad* kept) noexcept
 {
-    Pack f3{}, i3{}, j3{};
-    transpose(f.force.x, f.force.y, f.force.z, f3);
-    transpose(f.on_i.x, f.on_i.y, f.on_i.z, i3);
-    transpose(f.on_j.x, f.on_j.y, f.on_j.z, j3);
-    Pack const force[4] = {f.force.x, f.force.y, f.force.z, f3}, on_i[4] = {f.on_i.x, f.on_i.y, f.on_i.z, i3},
-               on_j[4] = {f.on_j.x, f.on_j.y, f.on_j.z, j3};
-    for (std::size_t k = 0; k < 4; ++k) kept[p.slot[k]] = {force[k], on_i[k], on_j[k]};
+    RowForces const r = rows(f);
+    for (std::size_t k = 0; k < 4; ++k) kept[p.slot[k]] = {r.force[k], r.on_i[k], r.on_j[k]};
 }
 
 //! What the threads write between the two loops; kept from step to step.

@@ -247,14 +247,6 @@ void Solver<D>::step(double dt)
 }
 
 template <int D>
-void Solver<D>::set_law(ContactLaw const& law)
-{
-    setup_.law = law;
-    for (Wall<D>& wall : setup_.walls) wall.law = law;
-    evaluate_again();
-}
-
-template <int D>
 void Solver<D>::set_laws(Setup<D> const& from)
 {
     setup_.law = from.law;

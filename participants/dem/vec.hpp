@@ -86,7 +86,7 @@ Vec<D> operator-(Vec<D> const& a) noexcept
     return -1.0 * a;
 }
 
-//! The first component, for x; the last, for up.
+//! The component against gravity, as scenes have it.
 template <int D>
 constexpr double up(Vec<D> const& a) noexcept
 {
@@ -109,6 +109,18 @@ constexpr double component(Vec<D> const& a, int k) noexcept
 {
     Vec<D> copy = a;
     return component<D>(copy, k);
+}
+
+//! Calls `each` for the numbers of a vector, or of a number that stands for one.
+template <class Each>
+void each_number(double& number, Each&& each)
+{
+    each(number);
+}
+template <int D, class Each>
+void each_number(Vec<D>& v, Each&& each)
+{
+    for (int k = 0; k < D; ++k) each(component<D>(v, k));
 }
 
 //! What stands for turning and for tangents: a number in the plane (counter-clockwise; along the normal turned by +90
