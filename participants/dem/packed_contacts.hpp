@@ -248,12 +248,15 @@ struct RowForces
     store(row + of_spin, load(row + of_spin) + torque);
 }
 
+//! Forces on i, the opposite ones on j.
 inline void add(FourForces const& f, FourPairs const& p, Grains<3>& g) noexcept
 {
     RowForces const r = rows(f);
     for (std::size_t k = 0; k < 4; ++k) {
         add(g.contact[p.i[k]], r.force[k], r.on_i[k]);
-        add(g.contact[p.j[k]], -r.force[k], r.on_j[k]);
+        auto* const to_j = reinterpret_cast<double*>(&g.contact[p.j[k]]);
+        store(to_j, load(to_j) - r.force[k]);
+        store(to_j + of_spin, load(to_j + of_spin) + r.on_j[k]);
     }
 }
 
