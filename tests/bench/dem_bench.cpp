@@ -23,14 +23,14 @@
 #include "participants/dem/packing_file.hpp"
 #include "participants/dem/random.hpp"
 #include "participants/dem/solver.hpp"
+#include "tests/support/liggghts_column.hpp"
 
 namespace {
 
 using dem::Vec3;
 
-constexpr double density = 2650.0, mean_radius = 4e-3, kn = 1e5, kt = 2e5 / 7.0, mu = 0.5, mu_r = 0.079;
-constexpr double gamma_n = 0.953, gamma_t = 0.477;  // N s/m
-constexpr double step = 5e-6;                       // s
+using liggghts::density, liggghts::step, liggghts::kn, liggghts::kt, liggghts::mu, liggghts::mu_r;
+constexpr double mean_radius = 4e-3;  // m
 constexpr int warm_up = 100;
 
 nlohmann::json results = nlohmann::json::array();
@@ -38,28 +38,6 @@ nlohmann::json results = nlohmann::json::array();
 double side_of(std::size_t grains)  // of a column about as high as wide [m]
 {
     return 2.0 * mean_radius * std::cbrt(static_cast<double>(grains)) * 1.03;
-}
-
-dem::Setup<3> setup_of(double side)
-{
-    dem::Setup<3> s;
-    s.gravity = {0.0, 0.0, -9.81};
-    s.law.normal = {.stiffness = kn, .damping = gamma_n, .floor = -std::numeric_limits<double>::infinity()};
-    s.law.tangential = {.stiffness = kt, .damping = gamma_t, .friction = mu};
-    s.law.rolling = {.friction = mu_r};
-    s.skin = 1e-3;
-    s.absolute_damping = true;
-    s.loads = false;
-    s.features = {.friction = true, .rolling = dem::Rolling::constant, .scheme = dem::Scheme::liggghts};
-    auto const wall = [&](Vec3 point, Vec3 normal) {
-        s.walls.push_back({.name = "w", .shape = dem::Plane<3>{point, normal}, .motion = {}, .law = s.law});
-    };
-    wall({}, {0, 0, 1});
-    wall({}, {1, 0, 0});
-    wall({}, {0, 1, 0});
-    wall({side, 0, 0}, {-1, 0, 0});
-    wall({0, side, 0}, {0, -1, 0});
-    return s;
 }
 
 //! Spheres of 8 mm +- 10 % that came to rest from a loose lattice, kept for the next run.
@@ -89,7 +67,7 @@ dem::Grains<3> settled(std::size_t count)
                           (static_cast<double>(k / across / across) + 0.5) * cell};
         g.add(centre, mean_radius * random.uniform(0.9, 1.1), density);
     }
-    dem::Setup<3> s = setup_of(side);
+    dem::Setup<3> s = liggghts::setup(side);
     s.law.normal.damping = s.law.tangential.damping = 5.0;  // [N s/m], about a third of the critical one
     s.law.tangential.friction = 0.2;
     for (auto& wall : s.walls) wall.law = s.law;
@@ -127,106 +105,60 @@ struct Contestant
     std::vector<double> rate;  //!< million grain-steps a second
 };
 
-double run_ours(dem::Solver<3> solver, int steps)
+double own_time()  // of the processor [s]
+{
+    return processor_time(RUSAGE_SELF);
+}
+double wall_time()  // s; processor time counts threads that wait
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double run_ours(dem::Solver<3> solver, int steps, double (*clock)())
 {
     for (int n = 0; n < warm_up; ++n) solver.step(step);
-    double const start = processor_time(RUSAGE_SELF);
+    double const start = clock();
     for (int n = 0; n < steps; ++n) solver.step(step);
-    return processor_time(RUSAGE_SELF) - start;
+    return clock() - start;
 }
 
-//! Wall time of a run by several threads [s]: processor time counts those that wait.
-double run_shared(dem::Solver<3> solver, int steps)
-{
-    for (int n = 0; n < warm_up; ++n) solver.step(step);
-    auto const start = std::chrono::steady_clock::now();
-    for (int n = 0; n < steps; ++n) solver.step(step);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-//! Of a peer's last run by two ranks: the time that it prints for its loop [s].
-double printed_time(std::filesystem::path const& file)
-{
-    std::ifstream in(file);
-    double last = 0.0;
-    for (std::string line; std::getline(in, line);)
-        if (line.rfind("Loop time of ", 0) == 0) {
-            double const time = std::stod(line.substr(13));
-            if (last == 0.0) last = time;  // the first: the second is of no steps
-        }
-    return last;
-}
-
-double run_ranks(std::filesystem::path const& folder, std::string const& program, int steps)
+//! Runs a peer once; `before` stands before its name. LIGGGHTS leaves its grains in `dump`.
+void start_peer(std::filesystem::path const& folder, std::string const& before, std::string const& program,
+                std::string const& dump, int steps)
 {
     std::string const command = "cd " + folder.string() + " && OMPI_ALLOW_RUN_AS_ROOT=1 " +
-                                "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun -np 2 --oversubscribe " + program +
-                                " -in in." + program + " -log none -var DUMP two.dump -var STEPS " +
-                                std::to_string(steps) + " > out.txt 2>&1";
+                                "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 " + before + program + " -in in." + program +
+                                " -log none -var DUMP " + dump + " -var STEPS " + std::to_string(steps) +
+                                " > out.txt 2>&1";
     if (std::system(command.c_str()) != 0) throw std::runtime_error(program + " failed, see its input there");
-    return printed_time(folder / "out.txt");
 }
 
 double run_peer(std::filesystem::path const& folder, std::string const& program, int steps)
 {
     auto const once = [&](int n) {
         double const start = processor_time(RUSAGE_CHILDREN);
-        std::string const command = "cd " + folder.string() + " && OMPI_ALLOW_RUN_AS_ROOT=1 " +
-                                    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 " + program + " -in in." + program +
-                                    " -log none -var DUMP one.dump -var STEPS " + std::to_string(n) + " > out.txt 2>&1";
-        if (std::system(command.c_str()) != 0) throw std::runtime_error(program + " failed, see its input there");
+        start_peer(folder, "", program, "one.dump", n);
         return processor_time(RUSAGE_CHILDREN) - start;
     };
     double const before = once(warm_up);
     return once(warm_up + steps) - before;
 }
 
-//! A data file of both: `type diameter density x y z`, and zero velocities.
-void write_data(std::filesystem::path const& file, dem::Grains<3> const& g, double side, char const* atoms)
+//! By two ranks: the wall time that the peer prints for its loop, the first of the file [s].
+double run_ranks(std::filesystem::path const& folder, std::string const& program, int steps)
 {
-    std::ofstream out(file);
-    out.precision(17);
-    out << "column\n\n"
-        << g.size() << " atoms\n1 atom types\n\n0 " << 4.0 * side << " xlo xhi\n0 " << side << " ylo yhi\n0 "
-        << 3.0 * side << " zlo zhi\n\n"
-        << atoms << "\n\n";
-    for (std::size_t i = 0; i < g.size(); ++i) {
-        auto const& [c, r] = g.place[i];
-        out << i + 1 << " 1 " << 2.0 * r << ' ' << density << ' ' << c.x << ' ' << c.y << ' ' << c.z << '\n';
-    }
+    start_peer(folder, "mpirun -np 2 --oversubscribe ", program, "two.dump", steps);
+    std::ifstream in(folder / "out.txt");
+    for (std::string line; std::getline(in, line);)
+        if (line.rfind("Loop time of ", 0) == 0) return std::stod(line.substr(13));
+    throw std::runtime_error(program + " printed no time of its loop");
 }
 
 void write_liggghts(std::filesystem::path const& folder, double side)
 {
-    std::ofstream in(folder / "in.liggghts");
-    in.precision(17);
-    std::string const model = "model hooke/stiffness tangential history rolling_friction cdt ";
-    std::string const damped = "absolute_damping on tangential_damping on\n";
-    in << "units si\natom_style granular\natom_modify map array\nboundary f f f\nnewton off\n"
-          "communicate single vel yes\nread_data grains.data\nneighbor 0.001 bin\n"
-          "neigh_modify delay 0 every 1 check yes contact_distance_factor 1.05\n";
-    struct Property
-    {
-        char const* name;
-        double value;
-    };
-    int n = 0;
-    for (auto const& [name, value] :
-         {Property{"kn", kn}, Property{"kt", kt}, Property{"gamman_abs", gamma_n}, Property{"gammat_abs", gamma_t},
-          Property{"coefficientFriction", mu}, Property{"coefficientRollingFriction", mu_r}})
-        in << "fix m" << n++ << " all property/global " << name << " peratomtypepair 1 " << value << '\n';
-    in << "pair_style gran " << model << damped << "pair_coeff * *\nfix grav all gravity 9.81 vector 0.0 0.0 -1.0\n";
-    struct Side
-    {
-        char const* plane;
-        double at;
-    };
-    for (auto const& [plane, at] :
-         {Side{"xplane", 0.0}, Side{"xplane", side}, Side{"yplane", 0.0}, Side{"yplane", side}, Side{"zplane", 0.0}})
-        in << "fix w" << n++ << " all wall/gran " << model << "primitive type 1 " << plane << ' ' << at << ' '
-           << damped;
-    in << "fix integr all nve/sphere\ntimestep " << step << "\nrun ${STEPS}\ndump d all custom 1 ${DUMP} id x y z\n"
-       << "dump_modify d sort id format \"%d %.17g %.17g %.17g\"\nrun 0\n";
+    std::ofstream(folder / "in.liggghts")
+        << liggghts::commands("grains.data", side) << "run ${STEPS}\ndump d all custom 1 ${DUMP} id x y z\n"
+        << "dump_modify d sort id format \"%d %.17g %.17g %.17g\"\nrun 0\n";
 }
 
 //! gran/hooke/history: no rolling; its damping is per mass, here for grains of the mean size.
@@ -236,8 +168,8 @@ void write_lammps(std::filesystem::path const& folder, double side)
     in.precision(17);
     double const half_mass = 0.5 * density * 4.0 / 3.0 * M_PI * std::pow(mean_radius, 3);
     char law[160];
-    std::snprintf(law, sizeof law, "%.10g %.17g %.10g %.10g %g 1", kn, kt, gamma_n / half_mass, gamma_t / half_mass,
-                  mu);
+    std::snprintf(law, sizeof law, "%.10g %.17g %.10g %.10g %g 1", kn, kt, liggghts::gamma_n / half_mass,
+                  liggghts::gamma_t / half_mass, mu);
     in << "units si\natom_style sphere\natom_modify map array\nboundary f f f\nnewton off\ncomm_modify vel yes\n"
           "read_data grains.lmp\nneighbor 0.001 bin\nneigh_modify delay 0 every 1 check yes\n"
        << "pair_style gran/hooke/history " << law << "\npair_coeff * *\nfix grav all gravity 9.81 vector 0 0 -1\n";
@@ -265,16 +197,12 @@ double median(std::vector<double> values)
 double distance_to(std::filesystem::path const& dump, dem::Solver<3> solver, int steps)
 {
     for (int n = 0; n < steps; ++n) solver.step(step);
-    std::ifstream in(dump);
-    std::string line;
-    while (std::getline(in, line) && line.rfind("ITEM: ATOMS", 0) != 0) continue;
+    auto const& place = solver.grains().place;
+    auto const theirs = liggghts::last_of_dump(dump, place.size(), 3);
+    if (theirs.empty()) return INFINITY;
     double worst = 0.0;
-    for (auto const& place : solver.grains().place) {
-        long id = 0;
-        Vec3 c;
-        if (!(in >> id >> c.x >> c.y >> c.z)) return INFINITY;
-        worst = std::max(worst, norm(c - place.centre));
-    }
+    for (std::size_t i = 0; i < place.size(); ++i)
+        worst = std::max(worst, norm(place[i].centre - Vec3{theirs[i][0], theirs[i][1], theirs[i][2]}));
     return worst / (2.0 * mean_radius);
 }
 
@@ -283,12 +211,12 @@ void column(std::size_t count, int steps, int repetitions)
     sluice::ScratchDirectory const folder("dem-bench");
     double const side = side_of(count);
     dem::Grains<3> const grains = settled(count);
-    write_data(folder.path() / "grains.data", grains, side, "Atoms");
-    write_data(folder.path() / "grains.lmp", grains, side, "Atoms # sphere");
+    liggghts::write_data(folder.path() / "grains.data", grains, side, "Atoms");
+    liggghts::write_data(folder.path() / "grains.lmp", grains, side, "Atoms # sphere");
     write_liggghts(folder.path(), side);
     write_lammps(folder.path(), side);
 
-    dem::Setup<3> theirs = setup_of(side), plain = theirs, usual = theirs;
+    dem::Setup<3> theirs = liggghts::setup(side), plain = theirs, usual = theirs;
     plain.plain = true;
     dem::ContactConfig law;
     law.normal_stiffness = kn;
@@ -307,8 +235,9 @@ void column(std::size_t count, int steps, int repetitions)
     booked.features.ledger = true;
 
     std::vector<Contestant> all;
-    auto const ours = [&](char const* name, dem::Setup<3> const& setup) {
-        all.push_back({name, [solver = dem::Solver<3>(setup, grains)](int n) { return run_ours(solver, n); }, {}});
+    auto const ours = [&](char const* name, dem::Setup<3> const& setup, double (*clock)() = own_time) {
+        all.push_back(
+            {name, [clock, solver = dem::Solver<3>(setup, grains)](int n) { return run_ours(solver, n, clock); }, {}});
     };
     ours("ours, LIGGGHTS' laws and order", theirs);
     ours("ours, the same, one pair at a time", plain);
@@ -321,11 +250,8 @@ void column(std::size_t count, int steps, int repetitions)
         all.push_back({"LAMMPS gran/hooke/history", [&](int n) { return run_peer(folder.path(), "lmp", n); }, {}});
     dem::Setup<3> two = theirs, usual_two = usual;
     two.threads = usual_two.threads = 2;
-    auto const shared = [&](char const* name, dem::Setup<3> const& setup) {
-        all.push_back({name, [solver = dem::Solver<3>(setup, grains)](int n) { return run_shared(solver, n); }, {}});
-    };
-    shared("ours on two, LIGGGHTS' laws and order", two);
-    shared("ours on two, default laws, sprung rolling", usual_two);
+    ours("ours on two, LIGGGHTS' laws and order", two, wall_time);
+    ours("ours on two, default laws, sprung rolling", usual_two, wall_time);
     if (is_installed("liggghts"))
         all.push_back({"LIGGGHTS on two", [&](int n) { return run_ranks(folder.path(), "liggghts", n); }, {}});
     if (is_installed("lmp"))
