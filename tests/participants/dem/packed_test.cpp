@@ -4,6 +4,7 @@
 #include "participants/dem/packed_contacts.hpp"
 #include "participants/dem/random.hpp"
 #include "participants/dem/solver.hpp"
+#include "tests/participants/dem/scenes.hpp"
 
 //! The packed loops against the plain ones, which are their oracle: not a bit may differ.
 namespace {
@@ -15,15 +16,9 @@ using dem::Vec3;
 //! Spheres that fall, turn, meet, slide and part in a box with a moving floor.
 dem::Solver<3> tumbling(Rolling rolling, Scheme scheme, bool plain, bool ledger = false, int threads = 1)
 {
-    dem::ContactConfig c;
+    dem::ContactConfig c = unit::rolling_contact(0.3, rolling);
     c.normal_stiffness = 1e5;
     c.tangential_stiffness = 2e5 / 7.0;
-    c.damping_ratio = c.tangential_damping = 0.2;
-    c.friction = 0.3;
-    c.rolling = rolling;
-    c.rolling_friction = 0.1;
-    c.rolling_stiffness = 1.0;
-    c.rolling_damping = 0.3;
     dem::Setup<3> s;
     s.gravity = {1.0, 0.5, -9.81};
     s.law = dem::contact_law(c);

@@ -23,6 +23,17 @@ inline dem::ContactConfig contact(double friction, double damping_ratio = 0.2)
     return c;
 }
 
+//! The same with resistance to rolling, mu_r = 0.1.
+inline dem::ContactConfig rolling_contact(double friction, dem::Rolling law)
+{
+    dem::ContactConfig c = contact(friction);
+    c.rolling = law;
+    c.rolling_friction = 0.1;
+    c.rolling_stiffness = 1.0;
+    c.rolling_damping = 0.3;
+    return c;
+}
+
 inline dem::Setup<2> setup(double friction, dem::Vec2 gravity = {0.0, -9.81}, bool ledger = false)
 {
     dem::Setup<2> s;

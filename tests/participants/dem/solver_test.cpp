@@ -274,11 +274,7 @@ TEST_CASE("solver: a grain swings in a cylinder as a pendulum does")
 
 TEST_CASE("solver: spheres keep momentum and angular momentum through contacts with friction and rolling resistance")
 {
-    dem::ContactConfig c = contact(0.5);
-    c.rolling = dem::Rolling::elastic_plastic;
-    c.rolling_friction = 0.1;
-    c.rolling_stiffness = 1.0;
-    c.rolling_damping = 0.3;
+    dem::ContactConfig const c = rolling_contact(0.5, dem::Rolling::elastic_plastic);
     dem::Setup<3> s;
     s.law = dem::contact_law(c);
     s.skin = 2e-4;
