@@ -154,3 +154,20 @@ TEST_CASE("C08: third law across executables: in every window the grains take th
                                     worst / largest, 1e-14, watch.seconds()}));
     }
 }
+
+TEST_CASE(
+    "configs: spheres in LIGGGHTS' order run with a time series, without the ledger that this order does not keep")
+{
+    in_threads::Scratch scratch;
+    auto const scene = configs / "quarter_column.yaml";
+    std::vector<std::string> const settings{"participants.grains.config.scheme=liggghts", "time.end=0.01",
+                                            "participants.grains.config.column.count=60", "output.series=0.005",
+                                            "participants.grains.config.contact.rolling=constant"};
+    REQUIRE(run(scene, scratch.path() / "run", settings).exit == 0);
+    auto const table = read_table(scratch.path() / "run" / "grains.csv");
+    REQUIRE(table.at("time [s]").size() == 3);
+    CHECK(table.at("kinetic [J]").back() > 0.0);
+    CHECK(table.at("dissipated_sliding [J]").back() == 0.0);
+    CHECK(shell::slurp(scratch.path() / "run" / "summary.json").find("scheme: liggghts keeps none") !=
+          std::string::npos);
+}
