@@ -66,6 +66,8 @@ void Connection::event(int number, int value)
             break;
         case ZMQ_EVENT_CLOSED:  // there was nobody to connect with
             failed_attempt_ = !terms_.listener;
+            reached_ = false;
+            handshake_.clear();  // of a stranger who has gone
             break;
         default:  // a failed handshake; that its connection ends is told next
             if (terms_.listener) ++turned_away_;

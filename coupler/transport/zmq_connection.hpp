@@ -41,8 +41,8 @@ class Connection
     bool is_settled() const { return settled_; }
     //! Whether an attempt to connect has ended since the last call: it is to be repeated. Each ends once.
     bool take_failed_attempt() { return std::exchange(failed_attempt_, false); }
-    //! Nobody has answered this side's attempts to connect.
-    bool never_reached() const { return !reached_ && !terms_.listener; }
+    //! Nobody answered this side's last attempt to connect.
+    bool unreached() const { return !reached_ && !terms_.listener; }
     int listening() const { return listening_; }  //!< descriptor of the listening socket, or -1
     //! Empty: nothing is known.
     std::string trouble() const;

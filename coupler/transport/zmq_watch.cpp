@@ -206,7 +206,7 @@ std::string ConnectionWatch::trouble(int peer) const
         std::lock_guard const lock(mutex_);
         auto const& connection = connections_[at];
         if (auto text = connection.trouble(); !text.empty() || connection.is_taken()) return text;
-        unreached = connection.never_reached();
+        unreached = connection.unreached();
     }
     auto const& endpoint = endpoints_[at];
     auto const why = unreached && peer != self_ ? why_unreachable(endpoint) : "";

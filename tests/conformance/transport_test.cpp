@@ -10,6 +10,7 @@
 
 #include "coupler/base/error.hpp"
 #include "tests/conformance/transport_suite.hpp"
+#include "tests/support/ports.hpp"
 #include "tests/support/scratch.hpp"
 
 namespace {
@@ -49,9 +50,9 @@ Members members(int self, int count = 2)
     return all;
 }
 
-std::string tcp_address()  // a base port of this process's own, so that tests can run side by side
+std::string tcp_address()
 {
-    return "tcp://127.0.0.1:" + std::to_string(10'000 + ::getpid() % 700 * 32);
+    return "tcp://127.0.0.1:" + std::to_string(ports::take());
 }
 
 Make ipc(std::filesystem::path const& directory, int count = 2)

@@ -2,24 +2,19 @@
 // connection leads through a proxy that holds back, delays, cuts or damages it. With iptables: two_hosts_test.sh.
 
 #include "tests/faults/matrix.hpp"
+#include "tests/support/ports.hpp"
 #include "tests/support/tcp_proxy.hpp"
 
 using namespace matrix;
 
 namespace {
 
-int free_port()
-{
-    static int next = 0;
-    return 12'000 + ::getpid() % 150 * 100 + 4 * (next++ % 20);  // the pair's is one more
-}
-
 //! Two participants and the network between them.
 struct Apart
 {
     explicit Apart(std::string const& text_without_transport, std::vector<std::string> names = {"left", "right"},
                    std::string const& program = toy)
-        : port(free_port()),
+        : port(ports::take()),
           proxy("127.0.0.2", "127.0.0.1", port + 1),
           c(with_address(text_without_transport, port)),
           names_(std::move(names)),

@@ -4,6 +4,7 @@
 
 #include "tests/faults/matrix.hpp"
 #include "tests/faults/strangers.hpp"
+#include "tests/support/ports.hpp"
 
 using namespace matrix;
 
@@ -46,7 +47,7 @@ TEST_CASE("F24: a port that is taken: the message names it and its owner")
 {
     Row row("F24", "port taken", {.brief = 2, .stated = 10});
     while (row.next()) {
-        int const base = 30'200 + ::getpid() % 100 * 20 + 2 * (row.round() % 10);
+        int const base = ports::take();
         int const taken = tcp::listen("127.0.0.1", base + 1);  // of the pair (0, 1): base + 0 * 2 + 1
         Case port(scene("", "", "address: tcp://127.0.0.1:" + std::to_string(base) + "\n"));
         auto const refused = port.run({"--set", "time.end=0.05"});
@@ -98,7 +99,7 @@ TEST_CASE("F25: 10 000 connections with garbage on the open port, before the oth
     std::mt19937 random(25);
     Row row("F25", std::to_string(many) + " connections with garbage", {.brief = 1, .stated = 1});
     while (row.next()) {
-        int const base = 32'300 + ::getpid() % 100 * 2;
+        int const base = ports::take();
         Case c(
             scene(", nap: 0.01", "",
                   "transport: zmq\ntimeouts: {connect: 300}\naddress: tcp://127.0.0.1:" + std::to_string(base) + "\n"));

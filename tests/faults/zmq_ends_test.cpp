@@ -27,7 +27,7 @@ TEST_CASE("Z13: what a peer said before it left is still read")
     for (bool const ipc : {true, false})
         for (int const leaver : {0, 1}) {
             in_threads::Scratch scratch;
-            auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, free_ports());
+            auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, ports::take());
             Owner pair[2] = {member(0, network), member(1, network)};
             REQUIRE(meet(*pair[0], *pair[1]));
             for (int n = 0; n < 8; ++n) REQUIRE(say(*pair[leaver], 1 - leaver, "word " + std::to_string(n)));
@@ -43,7 +43,7 @@ TEST_CASE("Z13: the last words of a listener reach a peer that looks only now an
     for (bool const ipc : {true, false})
         for (int round = 0; round < 5; ++round) {
             in_threads::Scratch scratch;
-            auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, free_ports());
+            auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, ports::take());
             auto a = member(0, network);
             auto const b = member(1, network);
             bool const met = round % 2 == 0;

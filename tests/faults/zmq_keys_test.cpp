@@ -24,7 +24,7 @@ TEST_CASE("Z16: who does not belong is refused, and both sides are told why")
     Keys const good, other;
     auto const both = [](std::filesystem::path const& seen_by_a, std::filesystem::path const& seen_by_b,
                          std::string const& told_a, std::string const& told_b) {
-        int const port = free_ports();
+        int const port = ports::take();
         auto const a = member(0, with_hosts(port, seen_by_a)), b = member(1, with_hosts(port, seen_by_b));
         CHECK(within(patience, [&] {
             CHECK(!a->try_send(1, suite::numbered(0, 1, 10)));
@@ -74,7 +74,7 @@ TEST_CASE("Z16: the secret of one participant does not open the place of another
 {
     Keys const keys;
     sluice::make_key_pair(keys.scratch.path(), "c");
-    int const port = free_ports();
+    int const port = ports::take();
     Network network = with_hosts(port, keys.scratch.path());
     network.hosts.push_back("127.0.0.1");
     auto const a = sluice::make_zmq_transport({{"a", "b", "c"}, 0}, network);
@@ -88,7 +88,7 @@ TEST_CASE("Z16: the secret of one participant does not open the place of another
 TEST_CASE("Z17: no keys are used, nor looked for, on ipc and loopback")
 {
     in_threads::Scratch scratch;
-    for (auto network : {over_ipc(scratch), over_loopback(scratch, free_ports())}) {
+    for (auto network : {over_ipc(scratch), over_loopback(scratch, ports::take())}) {
         network.keys = scratch.path() / "nowhere";
         auto const a = member(0, network), b = member(1, network);
         CHECK(meet(*a, *b));
@@ -99,7 +99,7 @@ TEST_CASE("Z17: no keys are used, nor looked for, on ipc and loopback")
 TEST_CASE("CURVE: messages arrive whole and in order")
 {
     Keys const keys;
-    auto const network = with_hosts(free_ports(), keys.scratch.path());
+    auto const network = with_hosts(ports::take(), keys.scratch.path());
     auto const a = member(0, network), b = member(1, network);
     auto both_parts = [](Transport& t, int self) {
         suite::in_order(t, self);
@@ -123,7 +123,7 @@ TEST_CASE("keys: files that others can read or change, that are torn or do not b
 {
     auto const refused = [](std::filesystem::path const& keys, std::string const& part) {
         try {
-            (void)member(0, with_hosts(free_ports(), keys));
+            (void)member(0, with_hosts(ports::take(), keys));
             FAIL("not refused: " << part);
         } catch (sluice::Error const& e) {
             CHECK(e.exit() == sluice::Exit::security);

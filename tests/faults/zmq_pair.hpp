@@ -13,6 +13,7 @@
 #include "coupler/base/error.hpp"
 #include "coupler/transport/transport.hpp"
 #include "tests/conformance/transport_suite.hpp"
+#include "tests/support/ports.hpp"
 #include "tests/support/run_in_threads.hpp"
 #include "tests/support/tcp_proxy.hpp"
 
@@ -27,12 +28,6 @@ using Owner = std::unique_ptr<Transport>;
 
 constexpr milliseconds silence{1500};
 constexpr seconds patience{20};  // of a test with a loaded machine
-
-inline int free_ports()  //!< first of 100 ports of this process's own
-{
-    static int next = 0;
-    return 10'000 + ::getpid() % 220 * 100 + 10 * (next++ % 10);  // below those that the kernel gives away itself
-}
 
 inline Network over_ipc(in_threads::Scratch const& scratch)
 {
@@ -69,7 +64,7 @@ struct Apart
         return network;
     }
 
-    int port = free_ports();
+    int port = ports::take();
     tcp::Proxy proxy{"127.0.0.2", "127.0.0.1", port_of_pair(port)};
     Owner a = member(0, with_hosts(port)), b = member(1, seen_by_b(port));
 };

@@ -50,7 +50,7 @@ TEST_CASE("Z4: 5000 connections that come and go stop neither a meeting nor a ru
     Keys const keys;
     for (auto const& way : ways(scratch, keys)) {
         CAPTURE(way.name);
-        int const port = free_ports();
+        int const port = ports::take();
         auto const a = member(0, way.network(port)), b = member(1, way.network(port));
         REQUIRE(greet(*a, *b));
         auto const before = memory("VmRSS");
@@ -72,7 +72,7 @@ TEST_CASE("Z4: 5000 connections that come and go stop neither a meeting nor a ru
 TEST_CASE("Z4: strangers who stay connected hide no loss and cause none")
 {
     in_threads::Scratch scratch;
-    int const port = free_ports();
+    int const port = ports::take();
     auto const network = over_loopback(scratch, port);
     auto const a = member(0, network);
     std::vector<int> held;
@@ -100,7 +100,7 @@ TEST_CASE("Z4: strangers who hold more connections than there were descriptors s
         return;
     }
     in_threads::Scratch scratch;
-    int const port = free_ports();
+    int const port = ports::take();
     int hears[2];
     REQUIRE(::pipe(hears) == 0);
     Child flood([&] {
@@ -133,7 +133,7 @@ TEST_CASE("Z5: random bytes on the port become no message, before and during a r
     std::mt19937 random(5);
     for (auto const& way : ways(scratch, keys)) {
         CAPTURE(way.name);
-        int const port = free_ports();
+        int const port = ports::take();
         auto const a = member(0, way.network(port));
         for (int n = 0; n < 30; ++n) throw_at(port_of_pair(port), noise(random, 100'000));
         throw_at(port_of_pair(port), "GET / HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -154,7 +154,7 @@ TEST_CASE("Z6: a header that announces 4 GiB reserves nothing")
     Keys const keys;
     for (auto const& way : ways(scratch, keys)) {
         CAPTURE(way.name);
-        int const port = free_ports();
+        int const port = ports::take();
         auto network = way.network(port);
         network.largest_message = 1'000'000;
         auto const a = member(0, network);
@@ -179,7 +179,7 @@ TEST_CASE("a stranger who connects first does not hold the place of a peer, nor 
     Keys const keys;
     for (auto const& way : ways(scratch, keys)) {
         CAPTURE(way.name);
-        int const port = free_ports();
+        int const port = ports::take();
         auto const a = member(0, way.network(port));
         std::vector<std::unique_ptr<Stranger>> strangers;
         auto come = [&](std::function<void(void*)> const& options, int type = ZMQ_PAIR) {
@@ -208,7 +208,7 @@ TEST_CASE("a stranger who connects first does not hold the place of a peer, nor 
 TEST_CASE("a stranger who holds the port first is not taken for the peer on loopback")
 {
     in_threads::Scratch scratch;
-    int const port = free_ports();
+    int const port = ports::take();
     auto const network = over_loopback(scratch, port);
     {
         Thief thief(port_of_pair(port));
@@ -229,8 +229,8 @@ TEST_CASE("a stranger who holds the port first is not taken for the peer on loop
 TEST_CASE("another run on the same port, and another version, are told apart")
 {
     in_threads::Scratch one, two;
-    int const port = free_ports();
-    auto const a = member(0, over_loopback(one, port));
+    int const port = ports::take();
+    auto a = member(0, over_loopback(one, port));
     Stranger const newer(port_of_pair(port), plain("sluice/2 b", "x"));
     CHECK(within(patience, [&] { return !a->trouble(1).empty(); }));
     CHECK(a->trouble(1) == "a connection in its place was refused: it speaks sluice/2, this is sluice/1");
@@ -240,5 +240,10 @@ TEST_CASE("another run on the same port, and another version, are told apart")
     CHECK(within(patience, [&] {
         (void)d->receive(milliseconds(10));
         return d->trouble(0) == "it belongs to another run or another version";
+    }));
+    a.reset();
+    CHECK(within(patience, [&] {
+        (void)d->receive(milliseconds(10));
+        return d->trouble(0).find("connection refused") != std::string::npos;
     }));
 }

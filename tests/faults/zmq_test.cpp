@@ -39,7 +39,7 @@ TEST_CASE("Z1: a wait ends after its patience, and a killed peer is lost, over i
 {
     for (bool const ipc : {true, false}) {
         in_threads::Scratch scratch;
-        auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, free_ports());
+        auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, ports::take());
         Child b([&] { echo(network); });
         auto const a = member(0, network);
         REQUIRE(meet_child(*a));
@@ -59,7 +59,7 @@ TEST_CASE("Z2: a stopped peer is lost for want of heartbeats, over ipc and tcp")
 {
     for (bool const ipc : {true, false}) {
         in_threads::Scratch scratch;
-        auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, free_ports());
+        auto const network = ipc ? over_ipc(scratch) : over_loopback(scratch, ports::take());
         Child b([&] { echo(network); });
         auto const a = member(0, network);
         REQUIRE(meet_child(*a));
@@ -73,7 +73,7 @@ TEST_CASE("Z2: a stopped peer is lost for want of heartbeats, over ipc and tcp")
 TEST_CASE("Z3: a peer that computes for longer than the silence allowed is not lost")
 {
     in_threads::Scratch scratch;
-    auto const network = over_loopback(scratch, free_ports());
+    auto const network = over_loopback(scratch, ports::take());
     auto const a = member(0, network), b = member(1, network);
     REQUIRE(meet(*a, *b));
     std::this_thread::sleep_for(2 * silence);  // nobody calls; ZeroMQ's own thread answers
@@ -169,7 +169,7 @@ TEST_CASE("Z9: a message that takes longer than the silence is no loss")
 TEST_CASE("Z9: a peer that computes while its queue is full is no loss over tcp")
 {
     in_threads::Scratch scratch;
-    auto const network = over_loopback(scratch, free_ports());
+    auto const network = over_loopback(scratch, ports::take());
     auto const a = member(0, network), b = member(1, network);
     REQUIRE(meet(*a, *b));
     auto const message = suite::numbered(1, 1, 200'000);
@@ -209,7 +209,7 @@ TEST_CASE("Z10: a second process in a member's place is refused and told, the fi
 
 TEST_CASE("Z10: a second process on another host, where no file is shared, is refused and told")
 {
-    int const port = free_ports();
+    int const port = ports::take();
     auto const a = member(0, with_hosts(port)), b = member(1, with_hosts(port));
     REQUIRE(greet(*a, *b));
     auto const twin = member(1, with_hosts(port));
@@ -223,7 +223,7 @@ TEST_CASE("Z10: a second process on another host, where no file is shared, is re
 
 TEST_CASE("Z11: a peer may start again before all have met, not after")
 {
-    int const port = free_ports();
+    int const port = ports::take();
     auto const network = with_hosts(port);
     auto const a = member(0, network);
     {
@@ -248,7 +248,7 @@ TEST_CASE("Z11: a peer may start again before all have met, not after")
 TEST_CASE("Z11: a listener may start again before all have met")
 {
     in_threads::Scratch scratch;
-    auto const network = over_loopback(scratch, free_ports());
+    auto const network = over_loopback(scratch, ports::take());
     auto a = member(0, network);
     auto const b = member(1, network);
     REQUIRE(greet(*a, *b));
@@ -306,7 +306,7 @@ TEST_CASE("Z14: a directory that others can enter, and a path that is too long, 
 TEST_CASE("Z15: a taken port is named with its owner")
 {
     in_threads::Scratch scratch;
-    int const port = free_ports();
+    int const port = ports::take();
     int const taken = tcp::listen("127.0.0.1", port_of_pair(port));
     auto const text = error_of([&] { (void)member(0, over_loopback(scratch, port)); }, sluice::Exit::io);
     ::close(taken);
@@ -316,7 +316,7 @@ TEST_CASE("Z15: a taken port is named with its owner")
 
 TEST_CASE("hosts: an address of another machine, an unknown name and a name for loopback are said to be that")
 {
-    auto network = with_hosts(free_ports());
+    auto network = with_hosts(ports::take());
     network.hosts = {"192.0.2.1", "192.0.2.2"};  // TEST-NET-1: nobody's
     has(error_of([&] { (void)member(0, network); }, sluice::Exit::io),
         "host 192.0.2.1 is not an address of this machine");
@@ -330,7 +330,7 @@ TEST_CASE("hosts: an address of another machine, an unknown name and a name for 
 TEST_CASE("hosts: a name and IPv6 work, a host where nobody listens refuses")
 {
     for (std::string const host : {"localhost", "::1"}) {
-        auto network = with_hosts(free_ports());
+        auto network = with_hosts(ports::take());
         network.hosts = {host, host};
         auto const b = member(1, network);
         CHECK(within(patience, [&] {
@@ -353,9 +353,9 @@ TEST_CASE("S6: a member holds at most 4 descriptors for each peer")
         in_threads::Scratch scratch;
         std::vector<std::string> names;
         for (int p = 0; p < count; ++p) names.push_back("m" + std::to_string(p));
+        auto const network = over_loopback(scratch, ports::take(count * count));
         auto const before = descriptors();
         std::vector<Owner> all;
-        auto const network = over_loopback(scratch, free_ports() / 1000 * 1000);
         for (int p = 0; p < count; ++p) all.push_back(sluice::make_zmq_transport({names, p}, network));
         std::vector<char> said(static_cast<std::size_t>(count * count));
         CHECK(within(patience, [&] {

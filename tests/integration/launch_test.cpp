@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/launched.hpp"
+#include "tests/support/ports.hpp"
 
 using namespace launched;
 
@@ -27,7 +28,7 @@ TEST_CASE("launch: zmq and mpi give the same bits, and so does starting by hand 
 
 TEST_CASE("launch: over tcp on loopback")
 {
-    Case c(scene("", "", "address: tcp://127.0.0.1:" + std::to_string(10'000 + ::getpid() % 700 * 32) + "\n"));
+    Case c(scene("", "", "address: tcp://127.0.0.1:" + std::to_string(ports::take()) + "\n"));
     CHECK(c.run().exit == 0);
 }
 

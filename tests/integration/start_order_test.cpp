@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/support/launched.hpp"
+#include "tests/support/ports.hpp"
 #include "tests/support/repeats.hpp"
 
 using namespace launched;
@@ -54,7 +55,7 @@ TEST_CASE("start order: three participants in all orders, over zmq, shared memor
 {
     std::vector<std::string> const names{"a", "b", "c"};
     auto const tcp =
-        "transport: zmq\naddress: tcp://127.0.0.1:" + std::to_string(10'000 + ::getpid() % 700 * 32) + "\n";
+        "transport: zmq\naddress: tcp://127.0.0.1:" + std::to_string(ports::take()) + "\n";
     std::mt19937 random(1);
     std::vector<double> expected;
     for (auto const& transport : {std::string("transport: zmq\n"), std::string("transport: shm\n"), tcp})
