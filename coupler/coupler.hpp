@@ -145,6 +145,9 @@ class Participant
     //! What this solver can send and take. An edge that says otherwise is a mistake of the scene.
     void sends(std::vector<std::string> const& data);
     void takes(std::vector<std::string> const& data);
+    //! The rotation of the frame of reference, or null: it is inertial. Before the configuration is finished: a scene
+    //! that rotates is refused for a solver that does not ask, since it would take it for one that does not.
+    Rotation const* rotation();
     //! For `window: auto`. Exact: the solver's own step, every window must have this length; else an upper bound.
     void propose_window(double seconds, bool exact = false);
 

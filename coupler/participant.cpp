@@ -88,6 +88,13 @@ void Participant::takes(std::vector<std::string> const& data)
     refuse_other(*session_, false, data);
 }
 
+Rotation const* Participant::rotation()
+{
+    auto& problems = session_->loaded.diagnostics->problems;
+    std::erase_if(problems, [&](Problem const& p) { return p.text == session_->unasked_rotation().text; });
+    return session_->scene.rotation ? &*session_->scene.rotation : nullptr;
+}
+
 void Participant::propose_window(double seconds, bool exact)
 {
     session_->mine().window = seconds;
@@ -245,6 +252,7 @@ std::vector<std::string> Participant::senders(std::string_view data) const
 
 Windows Participant::windows()
 {
+    session_->loaded.diagnostics->throw_if_any();  // of a solver without configuration
     session_->connect();
     return Windows(*session_);
 }

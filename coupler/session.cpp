@@ -99,6 +99,15 @@ std::uint64_t new_nonce()
     return random() | std::uint64_t{random()} << 32;
 }
 
+//! What is wrong until the solver has asked for the rotation.
+Problem Participant::Session::unasked_rotation() const
+{
+    auto problem = scene.frame_place;
+    problem.text = "frame = rotating: the solver of \"" + options.name +
+                   "\" knows no frame but the inertial one (needs frame: inertial, or another solver).";
+    return problem;
+}
+
 Participant::Session::Session(JoinOptions given)
     : options(std::move(given)),
       loaded(load(options)),
@@ -116,6 +125,7 @@ Participant::Session::Session(JoinOptions given)
       may_reconnect_(!options.transport),
       waited_(scene.participants.size())
 {
+    if (scene.rotation) loaded.diagnostics->problems.push_back(unasked_rotation());
     verdicts_.resize(members.size());  // one may come before everybody has met
     status->pid = ::getpid();
     status->phase = Phase::preparing;

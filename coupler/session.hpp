@@ -107,6 +107,7 @@ struct Participant::Session
     Error lost_peer(int member) const;
     std::string command_of(int member) const;
     std::string where() const;  //!< "window 12 of 500 (t = 0.34 s)"
+    Problem unasked_rotation() const;
     std::string const& name_of_member(int member) const { return names[static_cast<std::size_t>(member)]; }
     Greeting& mine() { return greetings[static_cast<std::size_t>(self)]; }
     bool paces() const { return self == pacer; }

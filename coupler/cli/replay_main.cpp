@@ -101,6 +101,7 @@ class Frames
 
 void replay(Participant& self)
 {
+    (void)self.rotation();        // what was recorded was in it
     auto config = self.config();  // the other keys are those of the solver that was recorded
     std::filesystem::path const file = config.text("recording");
     config.diagnostics()->throw_if_any();

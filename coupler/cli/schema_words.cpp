@@ -55,7 +55,15 @@ std::vector<std::pair<std::string, std::string>> const& meanings()
         {"security", "Keys for connections between hosts; or insecure on a network that you trust."},
         {"security.keys", "Directory of keys, made by sluice keygen."},
         {"remote", "Command that starts a program on another host: followed by the host and the program."},
-        {"frame", "Frame of reference of all data."},
+        {"frame", "Frame of reference of all data: inertial, or rotating as a centrifuge."},
+        {"frame.rotating", "Turns about an axis; gravity is what the scene says, in this frame."},
+        {"frame.rotating.axis", "A point on the axis, one number a dimension [m]."},
+        {"frame.rotating.direction", "Of the axis; only in 3D. In 2D it points out of the plane."},
+        {"frame.rotating.rate", "Angular velocity [rad/s]; 2D: counter-clockwise."},
+        {"frame.rotating.ramp", "Time in which the rate is reached, evenly, from t = 0 [s]."},
+        {"frame.rotating.centrifugal", "Whether -w x (w x r) acts."},
+        {"frame.rotating.coriolis", "Whether -2 w x u acts."},
+        {"frame.rotating.euler", "Whether -dw/dt x r acts, while the rate changes."},
         {"checkpoint", "When the state of all participants is written, to go on from."},
         {"checkpoint.interval", "Wall time between two [s]; 0: none by time."},
         {"checkpoint.windows", "Every so many windows; 0: none by count."},
@@ -95,8 +103,12 @@ Json sizes()
     auto const lists = [](char const* word, int size) {
         Json const list = {{word, size}};
         Json const box = {{"properties", {{"min", list}, {"max", list}}}};
+        Json rotating = {{"axis", list}};
+        if (size == 2) rotating["direction"] = false;
+        Json const frame = {{"properties", {{"rotating", {{"properties", rotating}}}}}};
         return Json{
-            {"properties", {{"gravity", list}, {"couplings", {{"items", {{"properties", {{"region", box}}}}}}}}}};
+            {"properties",
+             {{"gravity", list}, {"frame", frame}, {"couplings", {{"items", {{"properties", {{"region", box}}}}}}}}}};
     };
     return {{"if", {{"required", {"dimension"}}, {"properties", {{"dimension", {{"const", 3}}}}}}},
             {"then", lists("minItems", 3)},

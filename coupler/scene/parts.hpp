@@ -13,6 +13,8 @@ std::string read_host(Reader& participant);
 std::string read_unit(Reader& column);
 //! transport, address, port, security, remote; after the participants.
 void read_network(Reader& root, Scene& scene);
+//! frame: inertial, or rotating.
+void read_frame(Reader& root, Scene& scene);
 //! implicit: groups that repeat a window; after the couplings, and whether those have no mistakes.
 void read_implicit(Reader& root, Scene& scene, bool couplings_known);
 

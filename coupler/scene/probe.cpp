@@ -14,6 +14,7 @@ constexpr char const* probes[] = {
     R"(sluice: 1
 title: first
 dimension: 2
+frame: {rotating: {}}
 time: {end: 1, window: 0.1, pace: a}
 output: {interval: 1}
 data: {x: {columns: {position: {shape: vector, unit: m}}}}
@@ -31,6 +32,7 @@ remote: ssh
     R"(sluice: 1
 title: second
 dimension: 3
+frame: {rotating: {}}
 time: {end: 2}
 output: {interval: 2}
 participants: {a: {solver: s, host: 10.0.0.1}, b: {solver: s}}

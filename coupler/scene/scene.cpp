@@ -183,7 +183,7 @@ void read_checkpoint(Reader& root, Scene& scene)
 
 void read_rest(Reader& root, Scene& scene)
 {
-    root.choice_or("frame", 0, {"inertial"});  // no solver here runs in a rotating one
+    read_frame(root, scene);
     read_checkpoint(root, scene);
     auto ledger = root.child_or_empty("ledger");
     scene.ledger_tolerance = ledger.number_or("tolerance", 1e-9, {.above = 0.0, .max = 1.0});

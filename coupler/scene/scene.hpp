@@ -99,6 +99,16 @@ enum class TransportKind
     mpi
 };
 
+//! A frame of reference that turns, as a centrifuge does. What is at rest in it stays where it is in the scene.
+struct Rotation
+{
+    std::array<double, 3> point{};             //!< on the axis [m]; the third is 0 in 2D
+    std::array<double, 3> direction{0, 0, 1};  //!< of the axis, unit vector; out of the plane in 2D
+    double rate = 0;                           //!< angular velocity about it once it is reached [rad/s]
+    double ramp = 0;                           //!< time in which it is reached, from 0 at t = 0, evenly [s]
+    bool centrifugal = true, coriolis = true, euler = true;  //!< which of the accelerations act
+};
+
 //! A validated scene: everything but the solvers' own `config` blocks. SI units. Constant once loaded.
 struct Scene
 {
@@ -106,10 +116,12 @@ struct Scene
     std::string text;  //!< the file as read
     std::string title;
     int dimension = 2;
-    std::array<double, 3> gravity{};  //!< m/s2; the third is 0 in 2D
-    double end = 0;                   //!< s
-    std::optional<double> window;     //!< s; absent: the solvers' own choice ("auto")
-    Problem window_place;             //!< where time.window stands in the scene, or time if it does not
+    std::array<double, 3> gravity{};   //!< m/s2; the third is 0 in 2D
+    std::optional<Rotation> rotation;  //!< of the frame of all data; absent: inertial
+    Problem frame_place;               //!< where frame stands
+    double end = 0;                    //!< s
+    std::optional<double> window;      //!< s; absent: the solvers' own choice ("auto")
+    Problem window_place;              //!< where time.window stands in the scene, or time if it does not
     std::vector<ParticipantSpec> participants;
     std::vector<Edge> edges;
     std::vector<DataSpec> data;  //!< the vocabulary and what the scene declares
@@ -120,7 +132,7 @@ struct Scene
     double ledger_tolerance = 1e-9;  //!< relative
     OnViolation on_violation = OnViolation::warn;
     std::int64_t energy_every = 199;  //!< windows between two in which work is reckoned; 0: never
-    double energy_tolerance = 0.1;   //!< staggering may make this part of the work moved
+    double energy_tolerance = 0.1;    //!< staggering may make this part of the work moved
     TransportKind transport = TransportKind::automatic;
     std::string address;         //!< tcp://127.0.0.1:PORT, or empty: ipc or shared memory
     int port = 0;                //!< first tcp port, when participants have hosts; else 0

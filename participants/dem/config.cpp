@@ -314,11 +314,12 @@ double column_width(Config const& config)
     return std::cbrt(volume / (c.aspect_ratio * pi));
 }
 
-Config read_config(Reader r, int dimension, Vec3 gravity)
+Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::Rotation> const& rotation)
 {
     Config config;
     config.dimension = dimension;
     config.gravity = gravity;
+    config.rotation = rotation;
     config.density = r.number("density", {.min = 1.0, .max = 1e5, .unit = "kg/m3"});
     config.contact = read_contact(r.child("contact"));
     config.scheme = r.choice_or("scheme", 0, {"predicted", "liggghts"}) == 0 ? Scheme::predicted : Scheme::liggghts;

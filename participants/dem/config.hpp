@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "coupler/scene/reader.hpp"
+#include "coupler/scene/scene.hpp"
 #include "participants/dem/laws.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
@@ -76,6 +76,7 @@ struct Config
 {
     int dimension = 2;
     Vec3 gravity;                                   //!< [m/s2]
+    std::optional<sluice::Rotation> rotation;       //!< of the frame of reference; absent: inertial
     double density = 0.0;                           //!< [kg/m3]
     double fluid_density = 0.0;                     //!< of the buoyancy [kg/m3]; 0: dry
     double diameter_min = 0.0, diameter_max = 0.0;  //!< of a column, uniform by number [m]
@@ -103,7 +104,8 @@ double column_width(Config const& config);
 
 //! Reads and checks a grains block for a scene of this dimension. Mistakes go to the reader; `reader.finish()` is
 //! called.
-Config read_config(sluice::Reader reader, int dimension, Vec3 gravity);
+Config read_config(sluice::Reader reader, int dimension, Vec3 gravity,
+                   std::optional<sluice::Rotation> const& rotation = {});
 
 //! The contact block; walls start from `fallback`, that of the grains.
 ContactConfig read_contact(sluice::Reader reader, std::optional<ContactConfig> const& fallback = std::nullopt);

@@ -71,7 +71,7 @@ class Recorder
         : series_(self.directory(), self.name(), sluice::Precision::float32, resumed_at),
           archive_(self.directory() / (self.name() + ".h5"),
                    std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(self.scene().hash)}}, resumed_at),
-          table_(self.directory() / (self.name() + ".csv"), headers(), resumed_at)
+          table_(self.directory() / (self.name() + ".csv"), headers(self.scene().rotation.has_value()), resumed_at)
     {
         if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
     }
@@ -123,6 +123,7 @@ class Recorder
                                    m.coordination,
                                    static_cast<double>(m.contacts),
                                    m.largest_overlap};
+        if (solver.setup().frame) values.push_back(e.frame_work);
         append(values, m.centre_of_mass);
         append(values, impulse);
         table_.append(values);
@@ -131,7 +132,7 @@ class Recorder
     void close() { archive_.close(); }
 
  private:
-    static std::vector<std::string> headers()
+    static std::vector<std::string> headers(bool rotates)
     {
         std::string const joule = D == 2 ? " [J/m]" : " [J]", impulse = D == 2 ? " [N s/m]" : " [N s]";
         std::vector<std::string> names{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
@@ -140,6 +141,7 @@ class Recorder
               "dissipated_sliding", "dissipated_rolling", "vanished", "fluid_work", "wall_work", "balance"})
             names.push_back(energy + joule);
         for (auto const name : {"coordination", "contacts", "largest_overlap"}) names.push_back(name);
+        if (rotates) names.push_back("frame_work" + joule);
         for (int k = 0; k < D; ++k) names.push_back(std::string("centre_") + "xyz"[k] + " [m]");
         for (int k = 0; k < D; ++k)  // that the fluid gave in the last window
             names.push_back(std::string("window_impulse_") + "xyz"[k] + impulse);
@@ -361,7 +363,9 @@ void take_part(sluice::Participant& self)
     self.takes({"load"});
     auto const& gravity = self.scene().gravity;
     int const dimension = self.scene().dimension;
-    Config config = read_config(self.config(), dimension, {gravity[0], gravity[1], dimension == 3 ? gravity[2] : 0.0});
+    auto const* rotation = self.rotation();
+    Config config = read_config(self.config(), dimension, {gravity[0], gravity[1], gravity[2]},
+                                rotation ? std::optional(*rotation) : std::nullopt);
     for (auto const& warning : config.warnings) self.warn(warning);
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);

@@ -1,8 +1,23 @@
 #include "participants/dem/energy.hpp"
 
 #include "participants/dem/contacts.hpp"
+#include "participants/dem/half_step.hpp"
 
 namespace dem {
+
+//! -m w^2 r^2 / 2 of all grains, less buoyancy.
+template <int D>
+double centrifugal_energy(Setup<D> const& setup, Grains<D> const& g, double time)
+{
+    auto const pull = setup.frame->centrifugal(time);
+    Vec<D> const axis = point_of_axis(*setup.frame);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        Vec<D> const r = g.place[i].centre - axis;
+        sum -= 0.5 * setup.weight * g.mass[i] * dot(r, times(pull, r));
+    }
+    return sum;
+}
 
 template <int D>
 Energies energies(Setup<D> const& setup, State<D> const& state)
@@ -14,6 +29,7 @@ Energies energies(Setup<D> const& setup, State<D> const& state)
         e.kinetic_rotational += 0.5 * g.inertia[i] * dot(g.motion[i].spin, g.motion[i].spin);
         e.potential -= g.mass[i] * dot(setup.gravity, g.place[i].centre);
     }
+    if (setup.frame) e.potential += centrifugal_energy(setup, g, state.time);
     auto const add = [&](Elastic const& elastic) {
         e.elastic_normal += elastic.normal;
         e.elastic_tangential += elastic.tangential;
@@ -30,6 +46,7 @@ Energies energies(Setup<D> const& setup, State<D> const& state)
     e.touch = b.touch;
     e.external_work = b.external_work;
     e.wall_work = b.wall_work;
+    e.frame_work = b.frame_work;
     return e;
 }
 

@@ -5,12 +5,13 @@
 namespace dem {
 
 //! Energy ledger [J]; discs: per metre of thickness. What the state holds, and what it lost since the ledger began:
-//!     held() + lost() - external_work - wall_work = constant
+//!     held() + lost() - external_work - wall_work - frame_work = constant
 struct Energies
 {
     double kinetic_linear = 0.0;
     double kinetic_rotational = 0.0;
-    double potential = 0.0;  //!< -sum m g.x, g with buoyancy; zero at the origin
+    double potential =
+        0.0;  //!< -sum m g.x, g with buoyancy; zero at the origin; and the centrifugal one, zero on the axis
     double elastic_normal = 0.0;
     double elastic_tangential = 0.0;
     double elastic_rolling = 0.0;
@@ -22,12 +23,13 @@ struct Energies
     double touch = 0.0;               //!< lost by the step's finite length where contacts begin and end; < 0: made
     double external_work = 0.0;       //!< done on the grains by the external forces (the fluid)
     double wall_work = 0.0;           //!< done on the grains by moving walls
+    double frame_work = 0.0;          //!< done on the grains by a frame whose rate changes
 
     double kinetic() const { return kinetic_linear + kinetic_rotational; }
     double elastic() const { return elastic_normal + elastic_tangential + elastic_rolling; }
     double held() const { return kinetic() + potential + elastic(); }
     double lost() const { return normal_dashpot + tangential_dashpot + sliding + rolling + removed_walls + touch; }
-    double balance() const { return held() + lost() - external_work - wall_work; }
+    double balance() const { return held() + lost() - external_work - wall_work - frame_work; }
 };
 
 //! Kinetic energy of all grains, linear and rotational [J].

@@ -8,7 +8,9 @@ template <int D>
 Setup<D> make_setup(Config const& config, Ledger ledger)
 {
     Setup<D> setup;
-    setup.gravity = (1.0 - config.fluid_density / config.density) * to_dimension<D>(config.gravity);
+    setup.weight = 1.0 - config.fluid_density / config.density;
+    setup.gravity = setup.weight * to_dimension<D>(config.gravity);
+    if (config.rotation) setup.frame.emplace(*config.rotation);
     setup.law = contact_law(config.contact);
     Features& f = setup.features;
     f.elasticity = config.contact.elasticity;

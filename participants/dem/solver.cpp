@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "coupler/base/error.hpp"
+#include "participants/dem/half_step.hpp"
 #include "participants/dem/neighbours.hpp"
 
 namespace dem {
@@ -153,11 +154,11 @@ auto Solver<D>::loads() const
 }
 
 template <int D>
-void Solver<D>::drift(double dt)
+template <class Half>
+void Solver<D>::drift(double dt, Half const& first, Half const& second)
 {
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
-    Vec<D> const fall = half * setup_.gravity;
     double const near = 0.25 * setup_.skin * setup_.skin, far = smallest_radius_ * smallest_radius_;
     bool const predicts = setup_.features.scheme == Scheme::predicted;
     auto const load_on = loads();
@@ -166,11 +167,11 @@ void Solver<D>::drift(double dt)
         std::size_t moved = 0, fast = 0;
         for (std::size_t i = from; i < to; ++i) {
             Load<D> const load = load_on(i);
-            Vec<D> const kick = fall + (half * per_mass_[i]) * load.force;
-            Spin<D> const turn = (half * per_inertia_[i]) * load.torque;
-            Motion<D> const now{g.motion[i].velocity + kick, g.motion[i].spin + turn};
+            Vec<D> const kick = first.fall(g.place[i].centre) + (half * per_mass_[i]) * load.force;
+            Spin<D> const turn = first.twist((half * per_inertia_[i]) * load.torque);
+            Motion<D> const now{first.velocity(g.motion[i].velocity + kick), first.spin(g.motion[i].spin + turn)};
             g.half[i] = now;
-            if (predicts) g.motion[i] = {now.velocity + kick, now.spin + turn};
+            if (predicts) g.motion[i] = {second.velocity(now.velocity) + kick, second.spin(now.spin) + turn};
             Vec<D> const step = dt * now.velocity;
             g.place[i].centre += step;
             Vec<D> const since = g.place[i].centre - state_.built[i];
@@ -195,18 +196,19 @@ void Solver<D>::drift(double dt)
 }
 
 template <int D>
-void Solver<D>::kick(double dt)
+template <class Half>
+void Solver<D>::kick(double dt, Half const& second)
 {
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
-    Vec<D> const fall = half * setup_.gravity;
     auto const load_on = loads();
     share([&](std::size_t from, std::size_t to) {
         for (std::size_t i = from; i < to; ++i) {
             Motion<D> const& h = g.half[i];
             Load<D> const load = load_on(i);
-            g.motion[i] = {h.velocity + (fall + (half * per_mass_[i]) * load.force),
-                           h.spin + (half * per_inertia_[i]) * load.torque};
+            g.motion[i] = {
+                second.velocity(h.velocity) + (second.fall(g.place[i].centre) + (half * per_mass_[i]) * load.force),
+                second.spin(h.spin) + second.twist((half * per_inertia_[i]) * load.torque)};
         }
     });
 }
@@ -225,11 +227,42 @@ void Solver<D>::book_step(double dt)
     state_.booked.tangential_dashpot += 0.5 * dt * (before.tangential + now.tangential);
     state_.booked.sliding += 0.5 * dt * (before.sliding + now.sliding);
     state_.booked.rolling += 0.5 * dt * (before.rolling + now.rolling);
+    if (setup_.frame && setup_.frame->changes(state_.time)) state_.booked.frame_work += work_of_frame(dt);
     if (!setup_.loads) return;
     double power = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i)
         power += dot(g.external[i].force, g.half[i].velocity) + dot(g.external[i].torque, g.half[i].spin);
     state_.booked.external_work += dt * power;
+}
+
+//! In a step in which the rate changes: of the centrifugal potential, which then changes in itself, and of the Euler
+//! acceleration. By the middle of the step.
+template <int D>
+double Solver<D>::work_of_frame(double dt) const
+{
+    auto const& frame = *setup_.frame;
+    Grains<D> const& g = state_.grains;
+    double const now = state_.time;
+    auto const pull = frame.centrifugal(now), later = frame.centrifugal(now + dt), push = frame.euler(now, now + dt);
+    Spin<D> const twist = spin_of<D>(frame.spin_rate(now, now + dt), frame.direction());
+    Vec<D> const axis = point_of_axis(frame);
+    double work = 0.0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        auto const& [velocity, spin] = g.half[i];
+        Vec<D> const r = g.place[i].centre - 0.5 * dt * velocity - axis;
+        work -= 0.5 * setup_.weight * g.mass[i] * dot(r, times(later, r) - times(pull, r));
+        work += dt * (g.mass[i] * dot(times(push, r), velocity) + g.inertia[i] * dot(twist, spin));
+    }
+    return work;
+}
+
+template <int D>
+template <class Half>
+void Solver<D>::advance(double dt, Half const& first, Half const& second)
+{
+    drift(dt, first, second);
+    evaluate_(setup_, state_, dt, team_.get());
+    kick(dt, second);
 }
 
 template <int D>
@@ -238,9 +271,11 @@ void Solver<D>::step(double dt)
     std::optional<sluice::Team::Awake> awake;
     if (team_) awake.emplace(*team_);
     remove_walls(state_.time + 0.5 * dt);  // a removal time belongs to the nearest step
-    drift(dt);
-    evaluate_(setup_, state_, dt, team_.get());
-    kick(dt);
+    double const now = state_.time;
+    if (setup_.frame)
+        advance(dt, TurningHalf<D>(setup_, now, now, dt), TurningHalf<D>(setup_, now + 0.5 * dt, now + dt, dt));
+    else
+        advance(dt, StillHalf<D>{0.5 * dt * setup_.gravity}, StillHalf<D>{0.5 * dt * setup_.gravity});
     if (setup_.features.ledger) book_step(dt);
     state_.time += dt;
     ++state_.steps;

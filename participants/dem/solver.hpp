@@ -14,7 +14,8 @@ namespace dem {
 //! Step, velocity Verlet (order 2):
 //!     v(n+1/2) = v(n) + dt/2 a(n);   x(n+1) = x(n) + dt v(n+1/2);   v*(n+1) = v(n+1/2) + dt/2 a(n)
 //!     a(n+1) from x(n+1) and v*(n+1);   v(n+1) = v(n+1/2) + dt/2 a(n+1)
-//! a = gravity + (contacts + external) / m; the external forces of a step act in both half kicks.
+//! a = gravity + (contacts + external) / m; the external forces of a step act in both half kicks. In a frame that
+//! turns velocities are turned by the Coriolis part between kick and drift (half_step.hpp).
 template <int D>
 class Solver
 {
@@ -46,8 +47,13 @@ class Solver
     auto loads() const;
     void remove_walls(double now);
     bool walls_have_moved() const;
-    void drift(double dt);
-    void kick(double dt);
+    template <class Half>
+    void drift(double dt, Half const& first, Half const& second);
+    template <class Half>
+    void kick(double dt, Half const& second);
+    template <class Half>
+    void advance(double dt, Half const& first, Half const& second);
+    double work_of_frame(double dt) const;
     void book_step(double dt);
     void evaluate_again();
 

@@ -3,12 +3,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "participants/dem/laws.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
+#include "participants/frame/rotating_frame.hpp"
 
 //! The data of a run, in the plane (discs of unit thickness) or in space (spheres): no physics. Everything here is a
 //! value: a copy is a checkpoint.
@@ -150,6 +152,7 @@ struct Booked
     double rolling = 0.0;        //!< dashpot and slip of the rolling resistance
     double external_work = 0.0;  //!< done on the grains by the external forces
     double wall_work = 0.0;      //!< done on the grains by moving walls
+    double frame_work = 0.0;     //!< done on the grains by a frame whose rate changes
     double removed_walls = 0.0;  //!< elastic energy that vanished with walls
     double touch = 0.0;          //!< lost (> 0) or made (< 0) because contacts begin and end within a step
 };
@@ -199,8 +202,10 @@ struct Features
 template <int D>
 struct Setup
 {
-    Vec<D> gravity;  //!< [m/s2]; with buoyancy already taken off
-    ContactLaw law;  //!< between grains
+    Vec<D> gravity;                                //!< [m/s2]; with buoyancy already taken off
+    double weight = 1.0;                           //!< share of the weight that buoyancy leaves [-]
+    std::optional<frame::RotatingFrame<D>> frame;  //!< that everything is seen in; absent: inertial
+    ContactLaw law;                                //!< between grains
     std::vector<Wall<D>> walls;
     double skin = 0.0;              //!< reach of the neighbour list beyond contact [m]
     bool absolute_damping = false;  //!< dashpots in N s/m, whatever the masses (LIGGGHTS' order only)

@@ -83,3 +83,36 @@ couplings: [{from: a, to: b, data: place}]
     auto const outcome = in_threads::run(scene, {{"a", a}, {"b", b}}, scratch.path());
     for (auto const& error : outcome.errors) CHECK(error == "");
 }
+
+TEST_CASE("participant: a frame that rotates is refused for a solver that does not ask for the rotation")
+{
+    std::string const scene = R"(sluice: 1
+time: {end: 0.02, window: 0.01}
+frame: {rotating: {axis: [0, 2], rate: 5, ramp: 0.5, euler: false}}
+participants: {a: {command: none}}
+)";
+    sluice::Rotation seen;
+    auto solve = [&](bool asks) {
+        return [&, asks](sluice::Participant& self) {
+            if (asks) seen = *self.rotation();
+            self.config().finish();
+            for ([[maybe_unused]] sluice::Window const& window : self.windows()) {
+            }
+        };
+    };
+    auto without_config = [](sluice::Participant& self) { (void)self.windows(); };
+    in_threads::Scratch scratch;
+    auto const error = [&](std::function<void(sluice::Participant&)> const& body) {
+        return in_threads::run(scene, {{"a", body}}, scratch.path()).errors.at(0);
+    };
+    std::string const refusal = "3:1: frame = rotating: the solver of \"a\" knows no frame but the inertial one";
+    CHECK(error(solve(false)).find(refusal) != std::string::npos);
+    CHECK(error(without_config).find(refusal) != std::string::npos);
+    CHECK(error(solve(true)) == "");
+    CHECK(seen.point == std::array<double, 3>{0, 2, 0});
+    CHECK(seen.direction == std::array<double, 3>{0, 0, 1});
+    CHECK(seen.rate == 5.0);
+    CHECK(seen.ramp == 0.5);
+    CHECK(seen.coriolis);
+    CHECK_FALSE(seen.euler);
+}

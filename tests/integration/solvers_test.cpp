@@ -171,3 +171,36 @@ TEST_CASE(
     CHECK(shell::slurp(scratch.path() / "run" / "summary.json").find("scheme: liggghts keeps none") !=
           std::string::npos);
 }
+
+TEST_CASE("a centrifuge: a dropped disc lags, its work is booked, and a fluid that knows no rotation is refused")
+{
+    in_threads::Scratch scratch;
+    auto const scene = scratch.path() / "drop.yaml";
+    std::ofstream(scene) << R"(sluice: 1
+time: {end: 0.05}
+output: {interval: 0.05, series: 0.01}
+frame: {rotating: {axis: [0, 2.022365218], rate: 4.924812633}}
+participants:
+  grains:
+    solver: dem
+    config:
+      density: 2650
+      contact: {normal_stiffness: 1.0e6, damping_ratio: 0.2, friction: 0}
+      walls: [{name: floor, point: [0, 0], normal: [0, 1]}]
+      grains: [{position: [0, 0.06], radius: 0.01}]
+)";
+    REQUIRE(run(scene, scratch.path() / "run", {}).exit == 0);
+    auto const table = read_table(scratch.path() / "run" / "grains.csv");
+    // R02's closed form before it lands at w t = 0.2266: counter-clockwise the floor moves to +x, and what falls lags
+    double const time = table.at("time [s]").at(4), a = 4.924812633 * time, r0 = 2.022365218 - 0.06;
+    REQUIRE(time == doctest::Approx(0.04).epsilon(0.05));
+    CHECK(table.at("centre_x [m]").at(4) == doctest::Approx(-r0 * (std::sin(a) - a * std::cos(a))).epsilon(1e-4));
+    CHECK(table.at("frame_work [J/m]").back() == 0.0);  // the rate is steady: all is in the potential
+    auto const& balance = table.at("balance [J/m]");
+    CHECK(std::abs(balance.back() - balance.front()) < 1e-6 * std::abs(balance.front()));
+    auto const wet = shell::run({sluice_command, "check", configs / "immersed_column.yaml", "--set",
+                                 "frame={rotating: {axis: [0, 2], rate: 5}}"},
+                                scratch.path() / "wet.output", 250);
+    CHECK(wet.exit == 2);
+    CHECK(wet.output.find("the solver of \"water\" knows no frame but the inertial one") != std::string::npos);
+}

@@ -68,7 +68,7 @@ TEST_CASE("scene: place, path, what was seen, what is needed and the nearest key
         {"couplings:", "address: tcp://0.0.0.0:5000\ncouplings:", "7:10: ",
          "To go beyond this host give participants a host"},
         {"gravity", "gravity: [0, 1]\ngravity", "4:1: ", "gravity is given twice (first in line 3)"},
-        {"gravity", "frame: {rotating: {}}\ngravity", "3:8: ", "frame = a mapping (must be one of: inertial)"},
+        {"gravity", "frame: {rotating: {}}\ngravity", "3:9: ", "frame.rotating.axis is missing"},
     };
     for (Case const& c : cases) {
         CAPTURE(c.to);

@@ -34,6 +34,7 @@ BEYOND = {
     "same coupling": r"this coupling stands here twice",
     "to itself": r"is the same participant as",
     "circle": r"the lag-0 edges form a circle",
+    "axis": r"points nowhere",
     "window": r"is longer than the whole run",
     "box": r"is not above that of min",
     "region without position": r"has no column position of shape vector",
@@ -137,9 +138,19 @@ def terms(r, forward, d):
     return t
 
 
+def turning(r, d):
+    t = {"axis": [0.0] * (d - 1) + [2.0], "rate": 4.95}
+    for key, value in {"ramp": 0.5, "centrifugal": True, "coriolis": False, "euler": True}.items():
+        if r.random() < 0.3:
+            t[key] = value
+    if d == 3 and r.random() < 0.5:
+        t["direction"] = [0, 1, 0]
+    return t
+
+
 def options(r, s, names):
     optional = {
-        "title": r.choice(["a title", Plain("2024"), Plain("true")]), "frame": "inertial",
+        "title": r.choice(["a title", Plain("2024"), Plain("true")]), "frame": r.choice(["inertial", {"rotating": turning(r, s.get("dimension", 2))}]),
         "transport": r.choice(["auto", "shm", "zmq", "mpi"]), "ledger": {"tolerance": 1e-8, "on-violation": Plain("off"),
                                                                            "energy": {"every": 0, "tolerance": 0.5}},
         "checkpoint": {"interval": r.choice([0, 10]), "windows": 5, "keep": 3}, "on-death": r.choice(["stop", "restart"]),
@@ -189,7 +200,7 @@ VALUES = [0, 1, -1, 2, 3, 0.5, -0.25, 1.0, 1e9, 7000, 65536, 300, "", "1", "0.5"
           "insecre", "W/m^2/K", "m/", "mm", "furlong", "m//s", "1/", "kg m2 s-2", "aitken", "constant", "x" * 65]
 KEYS = ["end", "lag", "host", "port", "window", "pace", "predict", "security", "remote", "address", "solver", "command",
         "transport", "windows", "interval", "meshless", "gravity", "unit", "lagg", "Time", "foo", "on-death", "region",
-        "dimension", "on-violation", "data", "method", "tolerance", "keys"]
+        "dimension", "on-violation", "data", "method", "tolerance", "keys", "frame", "rotating", "direction", "ramp"]
 
 
 def places(value, path=()):
@@ -228,6 +239,8 @@ def change(r, s):
 def relate(r, s):
     """Breaks a relation between values that are all good by themselves."""
     couplings, names = s.get("couplings", []), list(s["participants"])
+    if s.get("dimension") == 3 and isinstance(s.get("frame"), dict):
+        s["frame"]["rotating"]["direction"] = [0, 0, 0]
     if couplings and ("implicit" not in s or r.random() < 0.5):
         c = r.choice(couplings)
         r.choice([lambda: c.update(to=c["from"]), lambda: c.update(to="watr"), lambda: couplings.append(dict(c)),
