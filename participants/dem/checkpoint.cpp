@@ -190,7 +190,7 @@ void visit(Walk& walk, AnyState& s)
     walk("booked/rolling", s.booked.rolling);
     walk("booked/external_work", s.booked.external_work);
     walk("booked/wall_work", s.booked.wall_work);
-    walk("booked/frame_work", s.booked.frame_work);
+    walk("booked/field_work", s.booked.field_work);
     walk("booked/removed_walls", s.booked.removed_walls);
     walk("booked/touch", s.booked.touch);
     walk("power/normal", s.power.normal);

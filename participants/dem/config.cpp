@@ -65,6 +65,15 @@ WallMotion<3> read_motion(Reader& r, int dimension)
         m.frequency = swing->number("frequency", {.above = 0.0, .max = 1e6, .unit = "Hz"});
         swing->finish();
     }
+    for (auto& knot : r.list("velocities")) {
+        m.knots.push_back(
+            {knot.number("at", {.min = 0.0, .unit = "s"}),
+             vector_from(knot.numbers("velocity", size_of(dimension), {.min = -1e3, .max = 1e3, .unit = "m/s"}))});
+        if (m.knots.size() > 1 && !(m.knots.back().time > m.knots[m.knots.size() - 2].time))
+            knot.refuse("at", "is not after the one before (times must ascend).");
+        knot.finish();
+    }
+    if (m.knots.size() == 1) r.problem("velocities", "has one entry (needs two: from where, to where).");
     if (!m.moves()) return m;
     m.begin = r.number_or("moves_from", 0.0, {.min = 0.0, .unit = "s"});
     if (auto const end = r.number_if("moves_until", {.min = m.begin, .unit = "s"})) m.end = *end;
@@ -179,7 +188,8 @@ void check_column_walls(Reader& r, Config& config)
         r.problem("column", "needs a floor and walls to stand against; missing: " + missing + ". Add them to walls.");
     if (std::any_of(config.walls.begin(), config.walls.end(), [](WallConfig const& w) { return w.name == "gate"; }))
         r.problem("walls", "has a wall named gate (a column brings its own). Rename or remove it.");
-    if (!((dimension == 2 ? config.gravity.y : config.gravity.z) < 0.0))
+    Vec3 const gravity = settling_gravity(config);
+    if (!((dimension == 2 ? gravity.y : gravity.z) < 0.0))
         r.problem("column", std::string("cannot settle: gravity does not point down (needed: gravity ") +
                                 (dimension == 2 ? "y" : "z") + " < 0).");
     WallConfig gate;
@@ -292,6 +302,11 @@ void read_matter(Reader& r, Config& config)
 
 }  // namespace
 
+Vec3 settling_gravity(Config const& config)
+{
+    return config.gravity_ramp > 0.0 && norm(config.first_gravity) > 0.0 ? config.first_gravity : config.gravity;
+}
+
 double column_width(Config const& config)
 {
     double const a = config.diameter_min, b = config.diameter_max, pi = std::numbers::pi;
@@ -324,6 +339,11 @@ Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::
     config.contact = read_contact(r.child("contact"));
     config.scheme = r.choice_or("scheme", 0, {"predicted", "liggghts"}) == 0 ? Scheme::predicted : Scheme::liggghts;
     config.threads = sluice::read_threads(r, "1");
+    if (auto ramp = r.child_if("gravity_ramp")) {
+        config.gravity_ramp = ramp->number("time", {.above = 0.0, .unit = "s"});
+        config.first_gravity = vector_from(ramp->numbers_or("from", zeros(dimension), {.unit = "m/s2"}));
+        ramp->finish();
+    }
     if (auto buoyancy = r.child_if("buoyancy")) {
         config.fluid_density = buoyancy->number("density", {.above = 0.0, .max = 1e5, .unit = "kg/m3"});
         buoyancy->finish();

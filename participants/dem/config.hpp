@@ -76,6 +76,8 @@ struct Config
 {
     int dimension = 2;
     Vec3 gravity;                                   //!< [m/s2]
+    Vec3 first_gravity;                             //!< at t = 0, where it changes
+    double gravity_ramp = 0.0;                      //!< time in which it becomes `gravity`, evenly [s]
     std::optional<sluice::Rotation> rotation;       //!< of the frame of reference; absent: inertial
     double density = 0.0;                           //!< [kg/m3]
     double fluid_density = 0.0;                     //!< of the buoyancy [kg/m3]; 0: dry
@@ -98,6 +100,9 @@ constexpr double assumed_packing_fraction(int dimension)
 {
     return dimension == 2 ? 0.82 : 0.61;
 }
+
+//! What a column is poured under: what a changing gravity begins with, unless that is nothing [m/s2].
+Vec3 settling_gravity(Config const& config);
 
 //! Width (box) or radius of a column [m], from the volume of its grains.
 double column_width(Config const& config);

@@ -67,11 +67,13 @@ template <int D>
 class Recorder
 {
  public:
-    explicit Recorder(sluice::Participant& self, std::optional<double> resumed_at = std::nullopt)
+    //! `changes`: gravity or the frame does.
+    Recorder(sluice::Participant& self, bool changes, std::optional<double> resumed_at = std::nullopt)
         : series_(self.directory(), self.name(), sluice::Precision::float32, resumed_at),
           archive_(self.directory() / (self.name() + ".h5"),
                    std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(self.scene().hash)}}, resumed_at),
-          table_(self.directory() / (self.name() + ".csv"), headers(self.scene().rotation.has_value()), resumed_at)
+          table_(self.directory() / (self.name() + ".csv"), headers(changes), resumed_at),
+          changes_(changes)
     {
         if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
     }
@@ -123,7 +125,7 @@ class Recorder
                                    m.coordination,
                                    static_cast<double>(m.contacts),
                                    m.largest_overlap};
-        if (solver.setup().frame) values.push_back(e.frame_work);
+        if (changes_) values.push_back(e.field_work);
         append(values, m.centre_of_mass);
         append(values, impulse);
         table_.append(values);
@@ -132,7 +134,7 @@ class Recorder
     void close() { archive_.close(); }
 
  private:
-    static std::vector<std::string> headers(bool rotates)
+    static std::vector<std::string> headers(bool changes)
     {
         std::string const joule = D == 2 ? " [J/m]" : " [J]", impulse = D == 2 ? " [N s/m]" : " [N s]";
         std::vector<std::string> names{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
@@ -141,7 +143,7 @@ class Recorder
               "dissipated_sliding", "dissipated_rolling", "vanished", "fluid_work", "wall_work", "balance"})
             names.push_back(energy + joule);
         for (auto const name : {"coordination", "contacts", "largest_overlap"}) names.push_back(name);
-        if (rotates) names.push_back("frame_work" + joule);
+        if (changes) names.push_back("field_work" + joule);
         for (int k = 0; k < D; ++k) names.push_back(std::string("centre_") + "xyz"[k] + " [m]");
         for (int k = 0; k < D; ++k)  // that the fluid gave in the last window
             names.push_back(std::string("window_impulse_") + "xyz"[k] + impulse);
@@ -151,6 +153,7 @@ class Recorder
     sluice::PointSeries series_;
     sluice::Archive archive_;
     sluice::Table table_;
+    bool changes_;
 };
 
 //! Where a grain of a lasting id is in the solver's arrays.
@@ -325,6 +328,7 @@ void run(sluice::Participant& self, Config const& config)
     if (senders.empty()) self.skipped("fluid", "no participant sends a load: it is not started", 1.0);
 
     Columns<D> columns;
+    bool const changes = solver.setup().field_changes(0.0);
     std::optional<Recorder<D>> recorder;
     auto tell = [&] {
         columns.update(solver.grains());
@@ -333,16 +337,16 @@ void run(sluice::Participant& self, Config const& config)
     if (!self.resumes()) {
         start = start_of(config, solver);
         tell();
-        recorder.emplace(self);
+        recorder.emplace(self, changes);
         recorder->picture(0.0, columns);
         recorder->row(0.0, solver, {});
     }
     sluice::Windows windows = self.windows();
-    if (self.resumes()) recorder.emplace(self, self.resumed_at());
+    if (self.resumes()) recorder.emplace(self, changes, self.resumed_at());
     state_facts(self, config, solver.grains().size(), start);
     Finder const find(solver.grains().id);
     for (sluice::Window const& window : windows) {
-        if (self.went_back()) recorder.emplace(self, self.resumed_at());
+        if (self.went_back()) recorder.emplace(self, changes, self.resumed_at());
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
         Vec<D> const impulse = advance(solver, config.step, window, find, loads);

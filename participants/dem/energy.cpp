@@ -24,10 +24,11 @@ Energies energies(Setup<D> const& setup, State<D> const& state)
 {
     Grains<D> const& g = state.grains;
     Energies e;
+    Vec<D> const gravity = setup.gravity_at(state.time);
     for (std::size_t i = 0; i < g.size(); ++i) {
         e.kinetic_linear += 0.5 * g.mass[i] * dot(g.motion[i].velocity, g.motion[i].velocity);
         e.kinetic_rotational += 0.5 * g.inertia[i] * dot(g.motion[i].spin, g.motion[i].spin);
-        e.potential -= g.mass[i] * dot(setup.gravity, g.place[i].centre);
+        e.potential -= g.mass[i] * dot(gravity, g.place[i].centre);
     }
     if (setup.frame) e.potential += centrifugal_energy(setup, g, state.time);
     auto const add = [&](Elastic const& elastic) {
@@ -46,7 +47,7 @@ Energies energies(Setup<D> const& setup, State<D> const& state)
     e.touch = b.touch;
     e.external_work = b.external_work;
     e.wall_work = b.wall_work;
-    e.frame_work = b.frame_work;
+    e.field_work = b.field_work;
     return e;
 }
 

@@ -5,7 +5,7 @@
 namespace dem {
 
 //! Energy ledger [J]; discs: per metre of thickness. What the state holds, and what it lost since the ledger began:
-//!     held() + lost() - external_work - wall_work - frame_work = constant
+//!     held() + lost() - external_work - wall_work - field_work = constant
 struct Energies
 {
     double kinetic_linear = 0.0;
@@ -23,13 +23,13 @@ struct Energies
     double touch = 0.0;               //!< lost by the step's finite length where contacts begin and end; < 0: made
     double external_work = 0.0;       //!< done on the grains by the external forces (the fluid)
     double wall_work = 0.0;           //!< done on the grains by moving walls
-    double frame_work = 0.0;          //!< done on the grains by a frame whose rate changes
+    double field_work = 0.0;          //!< done on the grains by gravity or a frame that changes
 
     double kinetic() const { return kinetic_linear + kinetic_rotational; }
     double elastic() const { return elastic_normal + elastic_tangential + elastic_rolling; }
     double held() const { return kinetic() + potential + elastic(); }
     double lost() const { return normal_dashpot + tangential_dashpot + sliding + rolling + removed_walls + touch; }
-    double balance() const { return held() + lost() - external_work - wall_work - frame_work; }
+    double balance() const { return held() + lost() - external_work - wall_work - field_work; }
 };
 
 //! Kinetic energy of all grains, linear and rotational [J].

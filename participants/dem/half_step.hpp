@@ -57,10 +57,10 @@ template <int D>
 class TurningHalf
 {
  public:
-    //! The half of a step of dt that begins at `from` [s]; the centrifugal part is that at `kick_time`.
+    //! The half of a step of dt that begins at `from` [s]; gravity and the centrifugal part are those at `kick_time`.
     TurningHalf(Setup<D> const& setup, double from, double kick_time, double dt)
         : axis_(point_of_axis(*setup.frame)),
-          fall_(0.5 * dt * setup.gravity),
+          fall_(0.5 * dt * setup.gravity_at(kick_time)),
           pull_(setup.frame->centrifugal(kick_time)),
           turn_(setup.frame->velocity_turn(from, from + 0.5 * dt)),
           spin_turn_(setup.frame->spin_turn(from, from + 0.5 * dt)),

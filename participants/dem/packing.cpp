@@ -122,6 +122,8 @@ Packing<D> pour_packing(Config const& config, Progress const& progress)
 {
     Config dry = config;  // buoyancy, gates and moving walls belong to the run
     dry.fluid_density = 0.0;
+    dry.gravity = settling_gravity(config);
+    dry.gravity_ramp = 0.0;
     dry.scheme = Scheme::predicted;
     dry.loads = true;  // the drag
     for (WallConfig& wall : dry.walls) {

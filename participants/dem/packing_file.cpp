@@ -98,8 +98,8 @@ void add(ByteWriter& key, ContactConfig const& c)
 std::string packing_file_name(Config const& config)
 {
     ByteWriter key;
-    for (double const x : {config.gravity.x, config.gravity.y, config.gravity.z, config.density, config.diameter_min,
-                           config.diameter_max})
+    Vec3 const gravity = settling_gravity(config);
+    for (double const x : {gravity.x, gravity.y, gravity.z, config.density, config.diameter_min, config.diameter_max})
         key(x);
     key(config.dimension);
     add(key, config.contact);

@@ -4,12 +4,26 @@
 
 namespace dem {
 
+namespace {
+
+template <int D>
+std::vector<Knot<D>> knots_of(WallMotion<3> const& motion)
+{
+    std::vector<Knot<D>> knots;
+    for (auto const& [time, velocity] : motion.knots) knots.push_back({time, to_dimension<D>(velocity)});
+    return knots;
+}
+
+}  // namespace
+
 template <int D>
 Setup<D> make_setup(Config const& config, Ledger ledger)
 {
     Setup<D> setup;
     setup.weight = 1.0 - config.fluid_density / config.density;
     setup.gravity = setup.weight * to_dimension<D>(config.gravity);
+    setup.first_gravity = setup.weight * to_dimension<D>(config.first_gravity);
+    setup.gravity_ramp = config.gravity_ramp;
     if (config.rotation) setup.frame.emplace(*config.rotation);
     setup.law = contact_law(config.contact);
     Features& f = setup.features;
@@ -30,7 +44,8 @@ Setup<D> make_setup(Config const& config, Ledger ledger)
                                           .amplitude = to_dimension<D>(wall.motion.amplitude),
                                           .frequency = wall.motion.frequency,
                                           .begin = wall.motion.begin,
-                                          .end = wall.motion.end},
+                                          .end = wall.motion.end,
+                                          .knots = knots_of<D>(wall.motion)},
                                .law = contact_law(wall.contact),
                                .removed_at = wall.removed_at});
         f.friction = f.friction || wall.contact.friction > 0.0;

@@ -227,7 +227,7 @@ void Solver<D>::book_step(double dt)
     state_.booked.tangential_dashpot += 0.5 * dt * (before.tangential + now.tangential);
     state_.booked.sliding += 0.5 * dt * (before.sliding + now.sliding);
     state_.booked.rolling += 0.5 * dt * (before.rolling + now.rolling);
-    if (setup_.frame && setup_.frame->changes(state_.time)) state_.booked.frame_work += work_of_frame(dt);
+    if (setup_.field_changes(state_.time)) state_.booked.field_work += work_of_field(dt);
     if (!setup_.loads) return;
     double power = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i)
@@ -235,18 +235,22 @@ void Solver<D>::book_step(double dt)
     state_.booked.external_work += dt * power;
 }
 
-//! In a step in which the rate changes: of the centrifugal potential, which then changes in itself, and of the Euler
-//! acceleration. By the middle of the step.
+//! In a step in which gravity or the frame's rate changes: of their potentials, which then change in themselves, and of
+//! the Euler acceleration. By the middle of the step.
 template <int D>
-double Solver<D>::work_of_frame(double dt) const
+double Solver<D>::work_of_field(double dt) const
 {
-    auto const& frame = *setup_.frame;
     Grains<D> const& g = state_.grains;
     double const now = state_.time;
+    double work = 0.0;
+    Vec<D> const heavier = setup_.gravity_at(now + dt) - setup_.gravity_at(now);
+    for (std::size_t i = 0; i < g.size(); ++i)
+        work -= g.mass[i] * dot(heavier, g.place[i].centre - 0.5 * dt * g.half[i].velocity);
+    if (!setup_.frame) return work;
+    auto const& frame = *setup_.frame;
     auto const pull = frame.centrifugal(now), later = frame.centrifugal(now + dt), push = frame.euler(now, now + dt);
     Spin<D> const twist = spin_of<D>(frame.spin_rate(now, now + dt), frame.direction());
     Vec<D> const axis = point_of_axis(frame);
-    double work = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i) {
         auto const& [velocity, spin] = g.half[i];
         Vec<D> const r = g.place[i].centre - 0.5 * dt * velocity - axis;
@@ -275,7 +279,8 @@ void Solver<D>::step(double dt)
     if (setup_.frame)
         advance(dt, TurningHalf<D>(setup_, now, now, dt), TurningHalf<D>(setup_, now + 0.5 * dt, now + dt, dt));
     else
-        advance(dt, StillHalf<D>{0.5 * dt * setup_.gravity}, StillHalf<D>{0.5 * dt * setup_.gravity});
+        advance(dt, StillHalf<D>{0.5 * dt * setup_.gravity_at(now)},
+                StillHalf<D>{0.5 * dt * setup_.gravity_at(now + dt)});
     if (setup_.features.ledger) book_step(dt);
     state_.time += dt;
     ++state_.steps;

@@ -53,7 +53,7 @@ class Solver
     void kick(double dt, Half const& second);
     template <class Half>
     void advance(double dt, Half const& first, Half const& second);
-    double work_of_frame(double dt) const;
+    double work_of_field(double dt) const;
     void book_step(double dt);
     void evaluate_again();
 

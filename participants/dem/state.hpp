@@ -152,7 +152,7 @@ struct Booked
     double rolling = 0.0;        //!< dashpot and slip of the rolling resistance
     double external_work = 0.0;  //!< done on the grains by the external forces
     double wall_work = 0.0;      //!< done on the grains by moving walls
-    double frame_work = 0.0;     //!< done on the grains by a frame whose rate changes
+    double field_work = 0.0;     //!< done on the grains by gravity or a frame that changes
     double removed_walls = 0.0;  //!< elastic energy that vanished with walls
     double touch = 0.0;          //!< lost (> 0) or made (< 0) because contacts begin and end within a step
 };
@@ -203,6 +203,8 @@ template <int D>
 struct Setup
 {
     Vec<D> gravity;                                //!< [m/s2]; with buoyancy already taken off
+    Vec<D> first_gravity;                          //!< at t = 0, where it changes
+    double gravity_ramp = 0.0;                     //!< time in which it becomes `gravity`, evenly [s]
     double weight = 1.0;                           //!< share of the weight that buoyancy leaves [-]
     std::optional<frame::RotatingFrame<D>> frame;  //!< that everything is seen in; absent: inertial
     ContactLaw law;                                //!< between grains
@@ -213,6 +215,14 @@ struct Setup
     int threads = 1;                //!< that share the loops over spheres
     bool plain = false;             //!< pairs one at a time: the oracle of the packed loop
     Features features;
+
+    Vec<D> gravity_at(double time) const
+    {
+        if (!(time < gravity_ramp)) return gravity;
+        return first_gravity + (time / gravity_ramp) * (gravity - first_gravity);
+    }
+    //! Whether gravity or the frame is on its way to what it will be.
+    bool field_changes(double time) const { return time < gravity_ramp || (frame && frame->changes(time)); }
 };
 
 }  // namespace dem

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <variant>
+#include <vector>
 
 #include "participants/dem/vec.hpp"
 
@@ -64,7 +65,16 @@ struct Cylinder
 template <int D>
 using Shape = std::variant<Plane<D>, Cylinder<D>>;
 
-//! A wall's displacement over time:  from `begin` to `end` at `velocity`, and `amplitude` sin(2 pi f (t - begin)).
+//! A velocity at a time.
+template <int D>
+struct Knot
+{
+    double time = 0.0;  //!< [s]
+    Vec<D> velocity;    //!< [m/s]
+};
+
+//! A wall's displacement over time:  from `begin` to `end` at `velocity`, and `amplitude` sin(2 pi f (t - begin)); and
+//! by a velocity that goes straight from knot to knot, none before the first and behind the last.
 template <int D>
 struct WallMotion
 {
@@ -74,18 +84,41 @@ struct WallMotion
     double begin = 0.0;                                    //!< [s]
     double end = std::numeric_limits<double>::infinity();  //!< [s]; the wall then stays where it is
 
-    bool moves() const noexcept { return dot(velocity, velocity) > 0.0 || dot(amplitude, amplitude) > 0.0; }
+    std::vector<Knot<D>> knots;  //!< times ascending
+
+    bool moves() const noexcept
+    {
+        return dot(velocity, velocity) > 0.0 || dot(amplitude, amplitude) > 0.0 || !knots.empty();
+    }
 
     Vec<D> shift(double time) const noexcept
     {
         double const since = std::min(std::max(time, begin), end) - begin;
-        return since * velocity + std::sin(2.0 * std::numbers::pi * frequency * since) * amplitude;
+        Vec<D> sum = since * velocity + std::sin(2.0 * std::numbers::pi * frequency * since) * amplitude;
+        for (std::size_t k = 1; k < knots.size() && knots[k - 1].time < time; ++k) {
+            double const until = std::min(time, knots[k].time);
+            sum += 0.5 * (until - knots[k - 1].time) * (knots[k - 1].velocity + between(k, until));
+        }
+        return sum;
     }
     Vec<D> speed(double time) const noexcept
     {
-        if (time < begin || time > end) return {};
-        double const turns = 2.0 * std::numbers::pi * frequency;
-        return velocity + turns * std::cos(turns * (time - begin)) * amplitude;
+        Vec<D> sum{};
+        if (time >= begin && time <= end) {
+            double const turns = 2.0 * std::numbers::pi * frequency;
+            sum = velocity + turns * std::cos(turns * (time - begin)) * amplitude;
+        }
+        for (std::size_t k = 1; k < knots.size(); ++k)
+            if (time >= knots[k - 1].time && time < knots[k].time) return sum + between(k, time);
+        return sum;
+    }
+
+ private:
+    //! The velocity at a time between knots k - 1 and k.
+    Vec<D> between(std::size_t k, double time) const noexcept
+    {
+        Knot<D> const &a = knots[k - 1], &b = knots[k];
+        return a.velocity + (time - a.time) / (b.time - a.time) * (b.velocity - a.velocity);
     }
 };
 
