@@ -1,6 +1,7 @@
 #include "participants/dem/checkpoint.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -254,6 +255,25 @@ State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_
     });
     derive_from_list(setup, state.pairs, grains);
     return state;
+}
+
+void keep_source(Config const& config, sluice::State& kept)
+{
+    if (config.grains_hash != 0) kept.put_integer("source/grains", std::bit_cast<std::int64_t>(config.grains_hash));
+}
+
+void require_source(Config const& config, sluice::State const& kept)
+{
+    if (config.grains_hash == 0) return;
+    bool const same =
+        kept.has("source/grains") && std::bit_cast<std::uint64_t>(kept.integer("source/grains")) == config.grains_hash;
+    sluice::require(same, [&] {
+        return sluice::Error(
+            "dem: " + config.grains_from +
+                " holds other grains than when the run began (must be the same). Put the file back, or "
+                "start a new run.",
+            sluice::Exit::io);
+    });
 }
 
 template void keep<2>(State<2> const&, sluice::State&);

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "coupler/base/state.hpp"
+#include "participants/dem/config.hpp"
 #include "participants/dem/state.hpp"
 
 namespace dem {
@@ -15,5 +16,10 @@ void keep(State<D> const& state, sluice::State& kept);
 //! is not there, or does not fit: the kernels trust every index.
 template <int D>
 State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_t grains);
+
+//! Which grains a file gave, for a run that starts from one: the state must not go on with others. Throws
+//! sluice::Error (io).
+void keep_source(Config const& config, sluice::State& kept);
+void require_source(Config const& config, sluice::State const& kept);
 
 }  // namespace dem

@@ -7,8 +7,7 @@
 #include <utility>
 
 #include "coupler/scene/threads.hpp"
-#include "participants/dem/contact.hpp"
-#include "participants/dem/neighbours.hpp"
+#include "participants/dem/config_parts.hpp"
 #include "participants/dem/restitution.hpp"
 
 namespace dem {
@@ -206,27 +205,37 @@ void check_column_walls(Reader& r, Config& config)
     config.walls.push_back(gate);
 }
 
-double mass_of(Config const& config, double radius)
+double mass_of(Config const& config, double radius, double density)
 {
     double const pi = std::numbers::pi;
-    return config.density * (config.dimension == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius);
+    return density * (config.dimension == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius);
 }
 
-double smallest_radius(Config const& config)
+//! t_c of the lightest pair, and of the lightest grain at a wall, which is heavier than any grain: twice the mass of a
+//! pair [s].
+double contact_time_of(Config const& config, double radius, double mass)
+{
+    double time = contact_time_of(config.contact, config.dimension, mass, radius);
+    for (WallConfig const& w : config.walls)
+        time = std::min(time, contact_time_of(w.contact, config.dimension, 2.0 * mass, radius));
+    return time;
+}
+
+double shortest_contact_time(Config const& config)
 {
     double radius = config.column ? 0.5 * config.diameter_min : std::numeric_limits<double>::infinity();
-    for (GrainConfig const& g : config.grains) radius = std::min(radius, g.radius);
-    return radius;
+    double mass = mass_of(config, radius, config.density);
+    for (GrainConfig const& g : config.grains) {
+        radius = std::min(radius, g.radius);
+        mass = std::min(mass, mass_of(config, g.radius, g.density > 0.0 ? g.density : config.density));
+    }
+    return contact_time_of(config, radius, mass);
 }
 
 //! `step: auto` is t_c/50; above t_c/5 refused (Verlet with several contacts a grain), above t_c/15 warned (D06).
 void read_step(Reader& r, Config& config)
 {
-    double const radius = smallest_radius(config);
-    config.contact_time = contact_time_of(config.contact, config.dimension, mass_of(config, radius), radius);
-    for (WallConfig const& w : config.walls)  // a wall is heavier than any grain: twice the mass of a pair
-        config.contact_time = std::min(
-            config.contact_time, contact_time_of(w.contact, config.dimension, 2.0 * mass_of(config, radius), radius));
+    config.contact_time = shortest_contact_time(config);
     config.step = config.contact_time / 50.0;
     if (!r.diagnostics()->problems.empty()) {
         r.has("step") ? void(r.subtree("step")) : void();  // t_c is not known: say nothing about the step
@@ -251,34 +260,6 @@ void read_step(Reader& r, Config& config)
     config.step = step;
 }
 
-//! Overlapping grains push each other apart: their elastic energy becomes motion (D08).
-template <int D>
-void warn_of_overlaps(Config& config)
-{
-    Grains<D> grains;
-    for (GrainConfig const& g : config.grains) grains.add(to_dimension<D>(g.position), g.radius, config.density);
-    std::vector<std::uint32_t> first, other;
-    find_pairs(grains, 0.0, first, other);
-    ContactLaw const law = contact_law(config.contact);
-    double deepest = 0.0, energy = 0.0;  // [-], [J]
-    for (std::size_t i = 0; i < grains.size(); ++i)
-        for (std::uint32_t slot = first[i]; slot < first[i + 1]; ++slot) {
-            auto const &a = grains.place[i], &b = grains.place[other[slot]];
-            double const reach = a.radius + b.radius, overlap = reach - norm(a.centre - b.centre);
-            double const effective = a.radius * b.radius / reach;
-            deepest = std::max(deepest, overlap / reach);
-            energy += (config.contact.elasticity == Elasticity::linear
-                           ? stiffness_at<Elasticity::linear>(law, overlap, effective)
-                           : stiffness_at<Elasticity::hertz>(law, overlap, effective))
-                          .energy;
-        }
-    if (deepest > 0.01)
-        config.warnings.push_back(
-            format("dem: grains overlap at the start by up to %g of a diameter; the contacts hold "
-                   "%g J that will set them in motion.",
-                   deepest, energy));
-}
-
 void read_matter(Reader& r, Config& config)
 {
     for (Reader const& wall : r.list("walls"))
@@ -288,9 +269,14 @@ void read_matter(Reader& r, Config& config)
         read_diameter(r.child("diameter"), config);
     }
     for (Reader const& grain : r.list("grains")) config.grains.push_back(read_grain(grain, config.dimension));
-    if (config.column.has_value() == !config.grains.empty())
-        r.problem(config.column ? "grains" : "column",
-                  config.column ? "stands beside column (give one of them)." : "is missing (give column or grains).");
+    bool const file = r.has("packing");
+    if (config.column.has_value() + !config.grains.empty() + file > 1)
+        r.problem(config.grains.empty() ? "packing" : "grains",
+                  std::string("stands beside ") + (config.column ? "column" : "packing") + " (give one of them).");
+    else if (!config.column && config.grains.empty() && !file)
+        r.problem("column", "is missing (give column, grains or packing).");
+    if (auto packing = r.child_if("packing")) read_packing(*packing, config);
+    read_density(r, config);
     if (config.column && r.diagnostics()->problems.empty()) {
         if (column_width(config) < 4.0 * config.diameter_max)
             r.problem("column", format("is %g m wide, less than 4 largest grains (%g m). Try more grains or a smaller "
@@ -335,24 +321,23 @@ Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::
     config.dimension = dimension;
     config.gravity = gravity;
     config.rotation = rotation;
-    config.density = r.number("density", {.min = 1.0, .max = 1e5, .unit = "kg/m3"});
     config.contact = read_contact(r.child("contact"));
     config.scheme = r.choice_or("scheme", 0, {"predicted", "liggghts"}) == 0 ? Scheme::predicted : Scheme::liggghts;
     config.threads = sluice::read_threads(r, "1");
+    if (config.scheme == Scheme::liggghts && config.contact.rolling == Rolling::elastic_plastic)
+        r.problem("scheme", "liggghts has no elastic_plastic rolling (give contact.rolling: constant).");
     if (auto ramp = r.child_if("gravity_ramp")) {
         config.gravity_ramp = ramp->number("time", {.above = 0.0, .unit = "s"});
         config.first_gravity = vector_from(ramp->numbers_or("from", zeros(dimension), {.unit = "m/s2"}));
         ramp->finish();
     }
+    read_matter(r, config);
     if (auto buoyancy = r.child_if("buoyancy")) {
         config.fluid_density = buoyancy->number("density", {.above = 0.0, .max = 1e5, .unit = "kg/m3"});
         buoyancy->finish();
     }
-    if (config.scheme == Scheme::liggghts && config.contact.rolling == Rolling::elastic_plastic)
-        r.problem("scheme", "liggghts has no elastic_plastic rolling (give contact.rolling: constant).");
-    read_matter(r, config);
     read_step(r, config);
-    if (r.diagnostics()->problems.empty()) dimension == 2 ? warn_of_overlaps<2>(config) : warn_of_overlaps<3>(config);
+    check_start(r, config);
     r.finish();
     return config;
 }

@@ -66,10 +66,12 @@ struct ColumnConfig
 
 struct GrainConfig
 {
-    Vec3 position;  //!< [m]
-    double radius;  //!< [m]
-    Vec3 velocity;  //!< [m/s]
-    Vec3 spin;      //!< [rad/s]; in the plane z
+    Vec3 position;         //!< [m]
+    double radius;         //!< [m]
+    Vec3 velocity;         //!< [m/s]
+    Vec3 spin;             //!< [rad/s]; in the plane z
+    double density = 0.0;  //!< [kg/m3]; 0: that of the scene
+    std::int64_t id = -1;  //!< lasting; -1: its place in the list
 };
 
 struct Config
@@ -89,6 +91,8 @@ struct Config
     std::vector<WallConfig> walls;
     std::optional<ColumnConfig> column;
     std::vector<GrainConfig> grains;
+    std::string grains_from;            //!< the file that they are from; empty: the scene
+    std::uint64_t grains_hash = 0;      //!< of all that the file says about them; 0: no file
     double step = 0.0;                  //!< longest step [s]
     double contact_time = 0.0;          //!< t_c of the lightest pair [s]
     std::vector<std::string> warnings;  //!< for the user, one sentence each

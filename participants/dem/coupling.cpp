@@ -156,31 +156,48 @@ class Recorder
     bool changes_;
 };
 
-//! Where a grain of a lasting id is in the solver's arrays.
+//! Where a grain of a lasting id is in the solver's arrays: a table for ids that lie close together, else a map.
 class Finder
 {
  public:
     explicit Finder(std::vector<std::int64_t> const& id) : count_(id.size())
     {
-        for (std::size_t i = 0; i < id.size(); ++i) is_plain_ = is_plain_ && id[i] == static_cast<std::int64_t>(i);
-        if (!is_plain_)
-            for (std::size_t i = 0; i < id.size(); ++i) index_.emplace(id[i], i);
+        if (id.empty()) return;
+        auto const [least, most] = std::minmax_element(id.begin(), id.end());
+        lowest_ = *least;
+        if (static_cast<std::uint64_t>(*most - lowest_) < 8 * count_ + 1024)
+            table_.assign(static_cast<std::size_t>(*most - lowest_) + 1, count_);
+        for (std::size_t i = 0; i < count_; ++i)
+            if (table_.empty())
+                index_.emplace(id[i], i);
+            else
+                table_[static_cast<std::size_t>(id[i] - lowest_)] = i;
     }
     std::size_t operator()(std::int64_t id) const
     {
-        if (is_plain_ && id >= 0 && static_cast<std::size_t>(id) < count_) return static_cast<std::size_t>(id);
-        auto const found = is_plain_ ? index_.end() : index_.find(id);
-        sluice::require(found != index_.end(), [&] {
+        std::size_t const found = look_up(id);
+        sluice::require(found < count_, [&] {
             return sluice::Error("a load on grain " + std::to_string(id) + ", which is none of the " +
                                      std::to_string(count_) + " grains.",
                                  sluice::Exit::protocol);
         });
-        return found->second;
+        return found;
     }
 
  private:
+    std::size_t look_up(std::int64_t id) const
+    {
+        if (table_.empty()) {
+            auto const found = index_.find(id);
+            return found == index_.end() ? count_ : found->second;
+        }
+        if (id < lowest_ || static_cast<std::uint64_t>(id - lowest_) >= table_.size()) return count_;
+        return table_[static_cast<std::size_t>(id - lowest_)];
+    }
+
     std::size_t count_;
-    bool is_plain_ = true;
+    std::int64_t lowest_ = 0;
+    std::vector<std::size_t> table_;  //!< by id - lowest; count: none has this id
     std::unordered_map<std::int64_t, std::size_t> index_;
 };
 
@@ -300,6 +317,8 @@ bool iterates(sluice::Participant const& self)
 void describe(Config const& config)
 {
     std::printf("grains: contact time %.4g s, longest step %.4g s\n", config.contact_time, config.step);
+    if (!config.grains_from.empty())
+        std::printf("grains: %zu of %s\n", config.grains.size(), config.grains_from.c_str());
     if (config.column)
         std::printf("grains: column of %lld grains, %.4g m wide\n", static_cast<long long>(config.column->count),
                     column_width(config));
@@ -315,9 +334,11 @@ void run(sluice::Participant& self, Config const& config)
     self.keeps(
         [&](sluice::State& state) {
             keep(solver.state(), state);
+            keep_source(config, state);
             start.keep(state);
         },
         [&](sluice::State const& state) {
+            require_source(config, state);
             solver.restore(kept_state<D>(state, solver.setup(), count_grains(config)));
             start = Start::kept(state);
         });

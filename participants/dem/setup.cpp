@@ -59,11 +59,9 @@ Setup<D> make_setup(Config const& config, Ledger ledger)
 }
 
 template <int D>
-Solver<D> make_solver(Config const& config, Packing<D> const& packing, Ledger ledger)
+Grains<D> listed_grains(Config const& config)
 {
     Grains<D> grains;
-    if (config.column)
-        for (auto const& [centre, radius] : packing.place) grains.add(centre, radius, config.density);
     for (GrainConfig const& g : config.grains) {
         Motion<D> motion{};
         motion.velocity = to_dimension<D>(g.velocity);
@@ -71,11 +69,24 @@ Solver<D> make_solver(Config const& config, Packing<D> const& packing, Ledger le
             motion.spin = g.spin.z;
         else
             motion.spin = g.spin;
-        grains.add(to_dimension<D>(g.position), g.radius, config.density, motion);
+        double const density = g.density > 0.0 ? g.density : config.density;
+        std::size_t const i = grains.add(to_dimension<D>(g.position), g.radius, density, motion);
+        if (g.id >= 0) grains.id[i] = g.id;
     }
+    return grains;
+}
+
+template <int D>
+Solver<D> make_solver(Config const& config, Packing<D> const& packing, Ledger ledger)
+{
+    Grains<D> grains = listed_grains<D>(config);
+    if (config.column)
+        for (auto const& [centre, radius] : packing.place) grains.add(centre, radius, config.density);
     return Solver<D>(make_setup<D>(config, ledger), std::move(grains), packing.records);
 }
 
+template Grains<2> listed_grains<2>(Config const&);
+template Grains<3> listed_grains<3>(Config const&);
 template Setup<2> make_setup<2>(Config const&, Ledger);
 template Setup<3> make_setup<3>(Config const&, Ledger);
 template Solver<2> make_solver<2>(Config const&, Packing<2> const&, Ledger);

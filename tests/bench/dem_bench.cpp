@@ -20,8 +20,10 @@
 
 #include "coupler/base/scratch_directory.hpp"
 #include "participants/dem/config.hpp"
+#include "participants/dem/grain_file.hpp"
 #include "participants/dem/packing_file.hpp"
 #include "participants/dem/random.hpp"
+#include "participants/dem/setup.hpp"
 #include "participants/dem/solver.hpp"
 #include "tests/support/liggghts_column.hpp"
 
@@ -187,6 +189,24 @@ bool is_installed(std::string const& program)
     return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0;
 }
 
+//! The same grains in a random order, as a code's output file has them after a while; then, if asked, sorted as those
+//! of a file are.
+dem::Grains<3> scrambled(dem::Grains<3> const& g, bool sorted)
+{
+    dem::Config config;
+    config.density = density;
+    for (auto const& [centre, radius] : g.place) {
+        dem::GrainConfig grain{};
+        grain.position = centre;
+        grain.radius = radius;
+        config.grains.push_back(grain);
+    }
+    dem::Random random(5);
+    for (std::size_t k = g.size() - 1; k > 0; --k) std::swap(config.grains[k], config.grains[random.next() % (k + 1)]);
+    if (sorted) dem::sort_in_space(config.grains);
+    return dem::listed_grains<3>(config);
+}
+
 double median(std::vector<double> values)
 {
     std::sort(values.begin(), values.end());
@@ -243,6 +263,12 @@ void column(std::size_t count, int steps, int repetitions)
     ours("ours, the same, one pair at a time", plain);
     ours("ours, default laws, sprung rolling", usual);
     ours("ours, the same with the energy ledger", booked);
+    for (bool const sorted : {false, true})
+        all.push_back({sorted ? "ours, scrambled, then sorted as a file's grains" : "ours, grains in no order",
+                       [solver = dem::Solver<3>(theirs, scrambled(grains, sorted))](int n) {
+                           return run_ours(solver, n, own_time);
+                       },
+                       {}});
     if (is_installed("liggghts"))
         all.push_back(
             {"LIGGGHTS hooke/stiffness, cdt", [&](int n) { return run_peer(folder.path(), "liggghts", n); }, {}});
@@ -261,7 +287,7 @@ void column(std::size_t count, int steps, int repetitions)
 
     for (auto const& one : all) {
         auto const [low, high] = std::minmax_element(one.rate.begin(), one.rate.end());
-        std::printf("%7zu grains  %-40s %7.2f (%.2f to %.2f) million grain-steps/s", count, one.name.c_str(),
+        std::printf("%7zu grains  %-48s %7.2f (%.2f to %.2f) million grain-steps/s", count, one.name.c_str(),
                     median(one.rate), *low, *high);
         for (auto const& peer : all) {
             auto const on_two = [](Contestant const& c) { return c.name.find(" on two") != std::string::npos; };

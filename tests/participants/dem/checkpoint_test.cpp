@@ -75,3 +75,20 @@ TEST_CASE("checkpoint: a state of another scene, or with an index out of range, 
         dem::kept_state<2>(changed(good, "pairs/first", [](auto& v) { v.pop_back(); }), solver.setup(), 144),
         sluice::Error);
 }
+
+TEST_CASE("checkpoint: it goes on with the grains of its file only, and says nothing without a file")
+{
+    dem::Config config;
+    sluice::State none, state;
+    dem::keep_source(config, none);
+    CHECK(none.size() == 0);
+    CHECK_NOTHROW(dem::require_source(config, none));
+    config.grains_from = "grains.csv";
+    config.grains_hash = 0xfedcba9876543210u;
+    dem::keep_source(config, state);
+    CHECK_NOTHROW(dem::require_source(config, state));
+    CHECK_THROWS_AS(dem::require_source(config, none), sluice::Error);
+    config.grains_hash ^= 1;
+    CHECK_THROWS_WITH_AS(dem::require_source(config, state), doctest::Contains("grains.csv holds other grains"),
+                         sluice::Error);
+}

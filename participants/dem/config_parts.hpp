@@ -1,0 +1,17 @@
+#pragma once
+
+#include "participants/dem/config.hpp"
+
+//! Parts of read_config that have a file of their own.
+namespace dem {
+
+//! `packing`: grains from a file, whose path counts from the scene's.
+void read_packing(sluice::Reader reader, Config& config);
+//! `density`; a file may bring those of its grains instead.
+void read_density(sluice::Reader& reader, Config& config);
+
+//! Looks at grains whose places are given: none behind a wall or too large for where it is (mistakes), overlaps
+//! (warnings).
+void check_start(sluice::Reader& reader, Config& config);
+
+}  // namespace dem
