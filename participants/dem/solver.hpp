@@ -46,9 +46,11 @@ class Solver
     auto loads() const;
     void remove_walls(double now);
     bool walls_have_moved() const;
+    void move_cell(double dt);
     void drift(double dt);
     void kick(double dt);
     void book_step(double dt);
+    void book_cell(double dt);
     void evaluate_again();
 
     Setup<D> setup_;
