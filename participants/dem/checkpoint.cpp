@@ -171,6 +171,7 @@ void visit(Walk& walk, AnyState& s)
     walk("pairs/first", s.pairs.first);
     walk("pairs/other", s.pairs.other);
     walk("pairs/sqrt_mass", s.pairs.sqrt_mass);
+    walk("pairs/image", s.pairs.image);
     visit_history(walk, "pairs/", s.pairs.history);
     for (std::size_t w = 0; w < s.walls.size(); ++w) {
         auto const name = "wall" + std::to_string(w) + "/";
@@ -185,6 +186,14 @@ void visit(Walk& walk, AnyState& s)
     }
     walk("built/centre", s.built);
     walk("built/count", s.rebuilds);
+    walk("cell/extent", s.cell.extent);
+    walk("cell/offset", s.cell.offset);
+    walk("cell/slide", s.cell.slide);
+    walk("cell/growth", s.cell.growth);
+    walk("cell/strain", s.cell.strain);
+    walk("cell/built_offset", s.cell.built_offset);
+    walk("cell/built_height", s.cell.built_height);
+    for (std::size_t k = 0; k < s.cell.pull.size(); ++k) walk("cell/pull_" + std::to_string(k), s.cell.pull[k]);
     walk("booked/normal_dashpot", s.booked.normal_dashpot);
     walk("booked/tangential_dashpot", s.booked.tangential_dashpot);
     walk("booked/sliding", s.booked.sliding);
@@ -226,6 +235,8 @@ bool is_consistent(State<D> const& s, std::size_t grains, Features const& featur
     return each_grain.ok && sized(s.grains.id, grains) && sized(s.built, grains) && sized(p.first, grains + 1) &&
            p.first.front() == 0 && p.first.back() == p.other.size() && std::ranges::is_sorted(p.first) &&
            sized(p.sqrt_mass, p.other.size()) && contacts(p.history, p.other) &&
+           sized(p.image, features.periodic ? p.other.size() : 0) &&
+           std::ranges::all_of(p.image, [](auto image) { return image < image_count<D>; }) &&
            std::ranges::all_of(s.walls, [&](WallContacts<D> const& w) { return contacts(w.history, w.grain); });
 }
 
@@ -254,6 +265,7 @@ State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_
                              sluice::Exit::io);
     });
     derive_from_list(setup, state.pairs, grains);
+    place_images(setup.periodic, state.cell);
     return state;
 }
 

@@ -90,7 +90,10 @@ template <Features F, int D>
 void evaluate_contacts(Setup<D> const& setup, State<D>& state, double dt, sluice::Team* team) noexcept
 {
     std::fill(state.grains.contact.begin(), state.grains.contact.end(), Load<D>{});
+    if constexpr (F.periodic)
+        for (Image<D>& image : state.cell.images) image.through = {};
     add_pair_forces<F>(setup, state, dt, team);
+    if constexpr (F.periodic) gather_pull(state.cell);
     for (std::size_t w = 0; w < setup.walls.size(); ++w)
         std::visit(
             [&](auto const& shape) {
@@ -107,7 +110,7 @@ void evaluate_contacts(Setup<D> const& setup, State<D>& state, double dt, sluice
 
 //! All sets of features that are compiled: friction and rolling go together, LIGGGHTS' order has no ledger.
 constexpr auto compiled = [] {
-    std::array<Features, 20> all{};
+    std::array<Features, 40> all{};
     std::size_t n = 0;
     for (auto const elasticity : {Elasticity::linear, Elasticity::hertz})
         for (bool const ledger : {false, true}) {
@@ -118,6 +121,10 @@ constexpr auto compiled = [] {
     for (auto const elasticity : {Elasticity::linear, Elasticity::hertz})
         for (auto const rolling : {Rolling::none, Rolling::constant})
             all[n++] = {.elasticity = elasticity, .friction = true, .rolling = rolling, .scheme = Scheme::liggghts};
+    for (std::size_t k = 0; n < all.size(); ++k) {
+        all[n] = all[k];
+        all[n++].periodic = true;
+    }
     return all;
 }();
 

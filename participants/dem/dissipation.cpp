@@ -15,9 +15,11 @@ void for_pairs(Setup<D> const& setup, State<D> const& state, Visit&& visit)
     for (std::size_t i = 0; i < g.size(); ++i)
         for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
             std::size_t const j = state.pairs.other[slot];
-            Vec<D> const apart = g.place[i].centre - g.place[j].centre;
-            double const distance = norm(apart), ri = g.place[i].radius, rj = g.place[j].radius;
-            visit(contact_of<D>(apart, distance, ri, rj), ri + rj - distance, setup.law, g.motion[i], g.motion[j],
+            Vec<D> const from_j = apart(g, state.pairs, state.cell, i, slot);
+            double const distance = norm(from_j), ri = g.place[i].radius, rj = g.place[j].radius;
+            Motion<D> motion = g.motion[j];
+            if (setup.features.periodic) motion.velocity += state.cell.images[state.pairs.image[slot]].velocity;
+            visit(contact_of<D>(from_j, distance, ri, rj), ri + rj - distance, setup.law, g.motion[i], motion,
                   state.pairs.history, slot);
         }
 }

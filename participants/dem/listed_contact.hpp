@@ -83,31 +83,61 @@ struct PairLoad
     Spin<D> on_i = {}, on_j = {};
 };
 
+//! The images of the cell; not looked at unless the scene is periodic.
+template <int D>
+using Images = std::array<Image<D>, image_count<D>>;
+
+//! How the image of a grain moves that a pair sees: as the grain itself unless the scene is periodic.
+template <Features F, int D>
+decltype(auto) motion_seen(Motion<D> const& of, Pairs<D> const& pairs, std::size_t slot,
+                           Images<D> const& images) noexcept
+{
+    if constexpr (F.periodic) {
+        Motion<D> seen = of;
+        seen.velocity += images[pairs.image[slot]].velocity;
+        return seen;
+    } else {
+        return (of);
+    }
+}
+template <Features F, int D>
+Vec<D> centre_seen(Vec<D> of, Pairs<D> const& pairs, std::size_t slot, Images<D> const& images) noexcept
+{
+    if constexpr (F.periodic) of += images[pairs.image[slot]].shift;
+    return of;
+}
+
 //! A listed pair, plainly. Its history is kept, or forgotten if it does not touch. Appends to `pushes`.
 template <Features F, int D>
-PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pairs, std::size_t i, std::size_t slot,
-                         double dt, Books& books, std::vector<Push<D>>& pushes) noexcept
+PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pairs, Images<D> const& images,
+                         std::size_t i, std::size_t slot, double dt, Books& books,
+                         std::vector<Push<D>>& pushes) noexcept
 {
     auto const& late = F.scheme == Scheme::liggghts ? g.half : g.motion;
     std::size_t const j = pairs.other[slot];
     double const ri = g.place[i].radius, rj = g.place[j].radius;
-    Vec<D> const apart = g.place[i].centre - g.place[j].centre;
+    Vec<D> const apart = g.place[i].centre - centre_seen<F>(g.place[j].centre, pairs, slot, images);
+    auto const& half_j = motion_seen<F>(g.half[j], pairs, slot, images);
     double const reach = ri + rj, square = dot(apart, apart);
     if (square >= reach * reach) {
         double const distance = F.ledger ? std::sqrt(square) : 0.0;
-        forget<F>(law, contact_of<D>(apart, distance, ri, rj), reach - distance, dt, g.half[i], g.half[j],
-                  pairs.history, slot, books);
+        forget<F>(law, contact_of<D>(apart, distance, ri, rj), reach - distance, dt, g.half[i], half_j, pairs.history,
+                  slot, books);
         return {};
     }
     double const distance = std::sqrt(square);
     Contact<D> c = contact_of<D>(apart, distance, ri, rj);
     if constexpr (F.scheme == Scheme::liggghts) shorten_arms(c, ri, rj, reach - distance);
     auto const turning = [&] { return c.arm_i * c.arm_i / g.inertia[i] + c.arm_j * c.arm_j / g.inertia[j]; };
-    Forces<D> const f = act<F>(law, c, reach - distance, pairs.sqrt_mass[slot], dt, late[i], late[j], g.half[i],
-                               g.half[j], turning, pairs.history, slot, books);
+    Forces<D> const f =
+        act<F>(law, c, reach - distance, pairs.sqrt_mass[slot], dt, late[i],
+               motion_seen<F>(late[j], pairs, slot, images), g.half[i], half_j, turning, pairs.history, slot, books);
     if (f.fresh) [[unlikely]] {
         pushes.push_back(push(g, i, 1.0, c.arm_i, c, f));
         pushes.push_back(push(g, j, -1.0, c.arm_j, c, f));
+        if constexpr (F.periodic && F.ledger)
+            books.of_images +=
+                dot(f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal), images[pairs.image[slot]].velocity);
     }
     PairLoad<D> load{f.normal * c.normal - vector_of(f.tangential, c.normal)};
     if constexpr (F.friction) {
@@ -129,9 +159,10 @@ void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t
 {
     Grains<D>& g = state.grains;
     std::size_t const j = state.pairs.other[slot];
-    PairLoad<D> const load = load_of_pair<F>(law, g, state.pairs, i, slot, dt, books, state.pushes);
+    PairLoad<D> const load = load_of_pair<F>(law, g, state.pairs, state.cell.images, i, slot, dt, books, state.pushes);
     g.contact[i].force += load.force;
     g.contact[j].force -= load.force;
+    if constexpr (F.periodic) state.cell.images[state.pairs.image[slot]].through += load.force;
     if constexpr (F.friction) {
         g.contact[i].torque = g.contact[i].torque + load.on_i;
         g.contact[j].torque = g.contact[j].torque + load.on_j;

@@ -62,7 +62,7 @@ void measure_contacts(Solver<D> const& solver, Measures<D>& m)
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
             std::size_t const j = pairs.other[slot];
             double const reach = g.place[i].radius + g.place[j].radius;
-            double const overlap = reach - norm(g.place[i].centre - g.place[j].centre);
+            double const overlap = reach - norm(apart(g, pairs, solver.state().cell, i, slot));
             if (overlap <= 0.0) continue;
             ++m.contacts, ++touching[i], ++touching[j];
             m.largest_overlap = std::max(m.largest_overlap, overlap / reach);

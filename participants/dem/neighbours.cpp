@@ -8,6 +8,7 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "participants/dem/periodic_neighbours.hpp"
 
 namespace dem {
 namespace {
@@ -164,7 +165,10 @@ void rebuild_pairs(Setup<D> const& setup, State<D>& state)
 {
     Pairs<D> const& old = state.pairs;
     Pairs<D> pairs;
-    find_pairs(state.grains, setup.skin, pairs.first, pairs.other);
+    if (setup.features.periodic)
+        find_periodic_pairs(setup, state, pairs.first, pairs.other, pairs.image);
+    else
+        find_pairs(state.grains, setup.skin, pairs.first, pairs.other);
     pairs.history = history_of<D>(setup.features, pairs.other.size());
     pairs.sqrt_mass.resize(pairs.other.size());
     derive_from_list(setup, pairs, state.grains.size());
@@ -225,6 +229,9 @@ void derive_from_list(Setup<D> const& setup, Pairs<D>& pairs, std::size_t grains
                   static_cast<std::uint32_t>(i));
     pairs.touched.assign(pairs.other.size(), 1);
     if (setup.threads > 1) transpose(pairs, grains);
+    pairs.seam.clear();
+    for (std::uint32_t slot = 0; slot < pairs.image.size(); ++slot)
+        if (pairs.image[slot] != home<D>) pairs.seam.push_back(slot);
 }
 template void derive_from_list<2>(Setup<2> const&, Pairs<2>&, std::size_t);
 template void derive_from_list<3>(Setup<3> const&, Pairs<3>&, std::size_t);
@@ -288,6 +295,7 @@ template <int D>
 void rebuild_lists(Setup<D> const& setup, State<D>& state)
 {
     check_finite(state);
+    if (setup.features.periodic) put_back(setup.periodic, state);
     rebuild_pairs(setup, state);
     state.walls.resize(setup.walls.size());
     for (std::size_t w = 0; w < setup.walls.size(); ++w) rebuild_wall(setup.walls[w], setup, state, state.walls[w]);

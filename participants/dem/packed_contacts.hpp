@@ -116,11 +116,23 @@ struct FourForces
     PackVec force, on_i, on_j;
 };
 
+constexpr std::size_t of_image_velocity = 4;  //!< where it is in an Image<3> [doubles]
+//! What four pairs see of the images of their second grains: the shift, or the velocity at its offset.
+inline PackVec of_images(Images<3> const& images, Pairs<3> const& pairs, Four const& slot, std::size_t offset) noexcept
+{
+    auto const from = [&](std::size_t k) {
+        return reinterpret_cast<double const*>(&images[pairs.image[slot[k]]]) + offset;
+    };
+    return columns(from(0), from(1), from(2), from(3)).vector;
+}
+
 template <Features F>
-inline FourPlaces places_of(Grains<3> const& g, FourPairs const& p) noexcept
+inline FourPlaces places_of(Grains<3> const& g, [[maybe_unused]] Pairs<3> const& pairs,
+                            [[maybe_unused]] Images<3> const& images, FourPairs const& p) noexcept
 {
     FourPlaces f;
-    Columns const pi = columns_of(g.place, p.i), pj = columns_of(g.place, p.j);
+    Columns pi = columns_of(g.place, p.i), pj = columns_of(g.place, p.j);
+    if constexpr (F.periodic) pj.vector = pj.vector + of_images(images, pairs, p.slot, 0);
     Pack const ri = pi.last, rj = pj.last, reach = ri + rj;
     PackVec const apart = pi.vector - pj.vector;
     Pack const distance = root(dot(apart, apart));
@@ -143,10 +155,14 @@ struct FourRates
     PackVec levers;    //!< li wi + lj wj
     PackVec spin;      //!< wi - wj
 };
-inline FourRates rates_of(std::vector<Motion<3>> const& motion, FourPairs const& p, FourPlaces const& at) noexcept
+template <Features F>
+inline FourRates rates_of(std::vector<Motion<3>> const& motion, [[maybe_unused]] Pairs<3> const& pairs,
+                          [[maybe_unused]] Images<3> const& images, FourPairs const& p, FourPlaces const& at) noexcept
 {
     PackVec const wi = columns_of(motion, p.i, of_spin).vector, wj = columns_of(motion, p.j, of_spin).vector;
-    return {columns_of(motion, p.i).vector - columns_of(motion, p.j).vector, at.arm_i * wi + at.arm_j * wj, wi - wj};
+    PackVec vj = columns_of(motion, p.j).vector;
+    if constexpr (F.periodic) vj = vj + of_images(images, pairs, p.slot, of_image_velocity);
+    return {columns_of(motion, p.i).vector - vj, at.arm_i * wi + at.arm_j * wj, wi - wj};
 }
 
 //! `twice`: wi + wj at the half step.
@@ -173,12 +189,13 @@ inline FourMotions motions_of(FourPlaces const& at, FourRates const& half, FourR
 }
 
 template <Features F>
-inline FourMotions motions_of(Grains<3> const& g, FourPairs const& p, FourPlaces const& at, double dt) noexcept
+inline FourMotions motions_of(Grains<3> const& g, Pairs<3> const& pairs, Images<3> const& images, FourPairs const& p,
+                              FourPlaces const& at, double dt) noexcept
 {
-    FourRates const half = rates_of(g.half, p, at);
+    FourRates const half = rates_of<F>(g.half, pairs, images, p, at);
     if constexpr (F.scheme == Scheme::liggghts) return motions_of<F>(at, half, half, PackVec{}, dt);
     PackVec const twice = columns_of(g.half, p.i, of_spin).vector + columns_of(g.half, p.j, of_spin).vector;
-    return motions_of<F>(at, half, rates_of(g.motion, p, at), twice, dt);
+    return motions_of<F>(at, half, rates_of<F>(g.motion, pairs, images, p, at), twice, dt);
 }
 
 template <Features F>
@@ -249,10 +266,16 @@ struct RowForces
 }
 
 //! Forces on i, the opposite ones on j.
-inline void add(FourForces const& f, FourPairs const& p, Grains<3>& g) noexcept
+template <Features F>
+inline void add(FourForces const& f, FourPairs const& p, State<3>& state) noexcept
 {
+    Grains<3>& g = state.grains;
     RowForces const r = rows(f);
     for (std::size_t k = 0; k < 4; ++k) {
+        if constexpr (F.periodic) {
+            auto* const through = reinterpret_cast<double*>(&state.cell.images[state.pairs.image[p.slot[k]]].through);
+            store(through, load(through) + r.force[k]);
+        }
         add(g.contact[p.i[k]], r.force[k], r.on_i[k]);
         auto* const to_j = reinterpret_cast<double*>(&g.contact[p.j[k]]);
         store(to_j, load(to_j) - r.force[k]);
@@ -263,8 +286,8 @@ inline void add(FourForces const& f, FourPairs const& p, Grains<3>& g) noexcept
 //! The listed pairs from `begin` to `end` that touch, appended to `touching` from `waiting` on; the history of those
 //! that have opened is forgotten. Returns how many there are then.
 template <Features F>
-std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, std::size_t begin, std::size_t end, std::uint32_t* touching,
-                  std::size_t waiting) noexcept
+std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, Images<3> const& images, std::size_t begin, std::size_t end,
+                  std::uint32_t* touching, std::size_t waiting) noexcept
 {
     auto const sort = [&](std::size_t slot, bool touches) {
         touching[waiting] = static_cast<std::uint32_t>(slot);
@@ -279,7 +302,11 @@ std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, std::size_t begin, std::s
         Four i, j;
         std::memcpy(&i, &pairs.owner[slot], sizeof i);
         std::memcpy(&j, &pairs.other[slot], sizeof j);
-        Columns const pi = columns_of(g.place, i), pj = columns_of(g.place, j);
+        Columns pi = columns_of(g.place, i), pj = columns_of(g.place, j);
+        if constexpr (F.periodic) {
+            auto const s = static_cast<std::uint32_t>(slot);
+            pj.vector = pj.vector + of_images(images, pairs, {s, s + 1, s + 2, s + 3}, 0);
+        }
         PackVec const apart = pi.vector - pj.vector;
         Pack const reach = pi.last + pj.last;
         unsigned const near = bits(dot(apart, apart) < reach * reach);
@@ -287,7 +314,7 @@ std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, std::size_t begin, std::s
     }
     for (std::size_t slot = packs; slot < end; ++slot) {
         auto const &a = g.place[pairs.owner[slot]], &b = g.place[pairs.other[slot]];
-        Vec3 const apart = a.centre - b.centre;
+        Vec3 const apart = a.centre - centre_seen<F>(b.centre, pairs, slot, images);
         double const reach = a.radius + b.radius;
         sort(slot, dot(apart, apart) < reach * reach);
     }
@@ -297,8 +324,8 @@ std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, std::size_t begin, std::s
 //! The touching pairs in `touching` by fours, through the passes: `four(forces, pairs)` is called for those that packs
 //! can do, `one(slot)` for the others, in order.
 template <Features F, class OnFour, class OnOne>
-void pass(ContactLaw const& law, Grains<3> const& g, Pairs<3>& pairs, std::uint32_t const* touching, std::size_t count,
-          double dt, OnFour&& four, OnOne&& one) noexcept
+void pass(ContactLaw const& law, Grains<3> const& g, Pairs<3>& pairs, Images<3> const& images,
+          std::uint32_t const* touching, std::size_t count, double dt, OnFour&& four, OnOne&& one) noexcept
 {
     std::array<FourPairs, most_fours> fours;
     std::array<FourPlaces, most_fours> places;
@@ -310,8 +337,8 @@ void pass(ContactLaw const& law, Grains<3> const& g, Pairs<3>& pairs, std::uint3
             fours[f].i[k] = pairs.owner[slot];
             fours[f].j[k] = pairs.other[slot];
         }
-    for (std::size_t f = 0; f < count; ++f) places[f] = places_of<F>(g, fours[f]);
-    for (std::size_t f = 0; f < count; ++f) motions[f] = motions_of<F>(g, fours[f], places[f], dt);
+    for (std::size_t f = 0; f < count; ++f) places[f] = places_of<F>(g, pairs, images, fours[f]);
+    for (std::size_t f = 0; f < count; ++f) motions[f] = motions_of<F>(g, pairs, images, fours[f], places[f], dt);
     for (std::size_t f = 0; f < count; ++f) {
         Pack const overlap = places[f].overlap;
         Four const& slot = fours[f].slot;
@@ -338,12 +365,12 @@ void add_packed_pair_forces(Setup<3> const& setup, State<3>& state, double dt) n
     Books none;
     auto const one = [&](std::uint32_t slot) { add_pair<F>(law, state, pairs.owner[slot], slot, dt, none); };
     for (std::size_t begin = 0; begin < pairs.other.size(); begin += sieve_block) {
-        waiting = sieve<F>(state.grains, pairs, begin, std::min(pairs.other.size(), begin + sieve_block),
-                           touching.data(), waiting);
+        waiting = sieve<F>(state.grains, pairs, state.cell.images, begin,
+                           std::min(pairs.other.size(), begin + sieve_block), touching.data(), waiting);
         std::size_t const count = waiting / 4;
         pass<F>(
-            law, state.grains, pairs, touching.data(), count, dt,
-            [&](FourForces const& forces, FourPairs const& p) { add(forces, p, state.grains); }, one);
+            law, state.grains, pairs, state.cell.images, touching.data(), count, dt,
+            [&](FourForces const& forces, FourPairs const& p) { add<F>(forces, p, state); }, one);
         std::copy(touching.begin() + static_cast<std::ptrdiff_t>(4 * count),
                   touching.begin() + static_cast<std::ptrdiff_t>(waiting), touching.begin());
         waiting -= 4 * count;

@@ -35,6 +35,7 @@ void add_shared_pair_forces(Setup<3> const& setup, State<3>& state, double dt, s
     ContactLaw const law = setup.law;
     Grains<3>& g = state.grains;
     Pairs<3>& pairs = state.pairs;
+    Images<3> const& images = state.cell.images;
     std::size_t const slots = pairs.other.size(), blocks = (slots + sieve_block - 1) / sieve_block;
     if (work.kept.size() < slots) work.kept.resize(slots);
     if (work.pushes.size() < blocks) work.pushes.resize(blocks);
@@ -46,14 +47,15 @@ void add_shared_pair_forces(Setup<3> const& setup, State<3>& state, double dt, s
         for (auto block = static_cast<std::size_t>(from); block < static_cast<std::size_t>(to); ++block) {
             pushes[block].clear();
             auto const one = [&](std::uint32_t slot) {
-                auto const load = load_of_pair<F>(law, g, pairs, pairs.owner[slot], slot, dt, none, pushes[block]);
+                auto const load =
+                    load_of_pair<F>(law, g, pairs, images, pairs.owner[slot], slot, dt, none, pushes[block]);
                 auto const row = [](Vec3 v) { return Pack{v.x, v.y, v.z, 0.0}; };
                 kept[slot] = {row(load.force), row(load.on_i), row(load.on_j)};
             };
             std::size_t const begin = block * sieve_block, end = std::min(slots, begin + sieve_block);
-            std::size_t const count = sieve<F>(g, pairs, begin, end, touching.data(), 0);
+            std::size_t const count = sieve<F>(g, pairs, images, begin, end, touching.data(), 0);
             pass<F>(
-                law, g, pairs, touching.data(), count / 4, dt,
+                law, g, pairs, images, touching.data(), count / 4, dt,
                 [&](FourForces const& forces, FourPairs const& p) { keep(forces, p, kept); }, one);
             for (std::size_t k = count / 4 * 4; k < count; ++k) one(touching[k]);
         }
@@ -78,6 +80,12 @@ void add_shared_pair_forces(Setup<3> const& setup, State<3>& state, double dt, s
             store(to_i + of_spin, torque);
         }
     });
+    if constexpr (F.periodic)  // few, and in the order in which one thread comes to them
+        for (std::uint32_t const slot : pairs.seam)
+            if (pairs.touched[slot]) {
+                auto* const through = reinterpret_cast<double*>(&state.cell.images[pairs.image[slot]].through);
+                store(through, load(through) + kept[slot].force);
+            }
     for (std::size_t block = 0; block < blocks; ++block)
         state.pushes.insert(state.pushes.end(), pushes[block].begin(), pushes[block].end());
 }

@@ -11,6 +11,7 @@
 #include "coupler/base/error.hpp"
 #include "participants/dem/half_step.hpp"
 #include "participants/dem/neighbours.hpp"
+#include "participants/dem/stress.hpp"
 
 namespace dem {
 
@@ -68,6 +69,7 @@ Solver<D>::Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> c
                     [] { return sluice::Error("dem: this set of features is not compiled. Add it in contacts.cpp."); });
     check_inside(setup_, grains);
     state_.grains = std::move(grains);
+    if (setup_.features.periodic) state_.cell = cell_at_start(setup_.periodic);
     derive();
     state_.walls.resize(setup_.walls.size());
     for (std::size_t w = 0; w < setup_.walls.size(); ++w) {
@@ -75,6 +77,7 @@ Solver<D>::Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> c
         state_.walls[w].velocity = setup_.walls[w].motion.speed(0.0);
     }
     rebuild_lists(setup_, state_);
+    state_.crossings.clear();
     set_records(state_, records);
     evaluate_again();
 }
@@ -159,7 +162,8 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
 {
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
-    double const near = 0.25 * setup_.skin * setup_.skin, far = smallest_radius_ * smallest_radius_;
+    double const free = 0.5 * (setup_.skin - moved_since_built(setup_.periodic, state_.cell));
+    double const near = free > 0.0 ? free * free : -1.0, far = smallest_radius_ * smallest_radius_;
     bool const predicts = setup_.features.scheme == Scheme::predicted;
     auto const load_on = loads();
     std::atomic<bool> any_moved = false, any_fast = false;
@@ -193,6 +197,31 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
     for (std::size_t w = 0; w < setup_.walls.size(); ++w)
         if (setup_.walls[w].motion.moves()) state_.walls[w].shift = setup_.walls[w].motion.shift(state_.time + dt);
     if (any_moved || walls_have_moved()) rebuild_lists(setup_, state_);
+}
+
+//! Moves the images of the cell; the work of the first half of the step is booked.
+template <int D>
+void Solver<D>::move_cell(double dt)
+{
+    if (!setup_.periodic.is_sheared()) return;
+    bool const follows = setup_.periodic.shear.pressure > 0.0;
+    advance_cell(setup_.periodic, state_.cell, dt, follows ? stress_across(setup_, state_) : 0.0);
+    if (setup_.features.ledger) state_.booked.wall_work += 0.5 * dt * pulling_power(setup_.periodic, state_.cell);
+}
+
+//! The work of moving images in the second half of the step, and what the grains that were put back have gained: their
+//! places and velocities changed, and of the pull those see that they had not crossed.
+template <int D>
+void Solver<D>::book_cell(double dt)
+{
+    Grains<D> const& g = state_.grains;
+    Vec<D> const gravity = setup_.gravity_at(state_.time);
+    double work = 0.5 * dt * pulling_power(setup_.periodic, state_.cell);
+    for (auto const& [i, moved, sped] : state_.crossings) {
+        work += g.mass[i] * (dot(g.motion[i].velocity - 0.5 * sped, sped) - dot(gravity, moved));
+        work -= 0.5 * dt * dot(g.contact[i].force, sped);
+    }
+    state_.booked.wall_work += work;
 }
 
 template <int D>
@@ -275,13 +304,18 @@ void Solver<D>::step(double dt)
     std::optional<sluice::Team::Awake> awake;
     if (team_) awake.emplace(*team_);
     remove_walls(state_.time + 0.5 * dt);  // a removal time belongs to the nearest step
+    move_cell(dt);
     double const now = state_.time;
     if (setup_.frame)
         advance(dt, TurningHalf<D>(setup_, now, now, dt), TurningHalf<D>(setup_, now + 0.5 * dt, now + dt, dt));
     else
         advance(dt, StillHalf<D>{0.5 * dt * setup_.gravity_at(now)},
                 StillHalf<D>{0.5 * dt * setup_.gravity_at(now + dt)});
-    if (setup_.features.ledger) book_step(dt);
+    if (setup_.features.ledger) {
+        book_step(dt);
+        if (setup_.features.periodic) book_cell(dt);
+    }
+    state_.crossings.clear();
     state_.time += dt;
     ++state_.steps;
 }

@@ -47,6 +47,7 @@ class Solver
     auto loads() const;
     void remove_walls(double now);
     bool walls_have_moved() const;
+    void move_cell(double dt);
     template <class Half>
     void drift(double dt, Half const& first, Half const& second);
     template <class Half>
@@ -55,6 +56,7 @@ class Solver
     void advance(double dt, Half const& first, Half const& second);
     double work_of_field(double dt) const;
     void book_step(double dt);
+    void book_cell(double dt);
     void evaluate_again();
 
     Setup<D> setup_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "participants/dem/laws.hpp"
+#include "participants/dem/periodic_cell.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
 #include "participants/frame/rotating_frame.hpp"
@@ -114,10 +115,21 @@ struct Pairs
     std::vector<std::uint32_t> other;
     std::vector<std::uint32_t> owner;               //!< i of each slot
     std::vector<std::uint8_t> touched;              //!< 0: has no history; a hint for the packed loop
+    std::vector<std::uint32_t> image;               //!< of other, that the pair sees; periodic scenes only
+    std::vector<std::uint32_t> seam;                //!< slots that see another image than that at home, ascending
     std::vector<std::uint32_t> below_first, below;  //!< slots whose other is i, ascending; only for several threads
     std::vector<double> sqrt_mass;                  //!< sqrt(m*) [sqrt(kg)]
     History<D> history;
 };
+
+//! From the second grain of a pair, or the image of it that the pair sees, to the first [m].
+template <int D>
+Vec<D> apart(Grains<D> const& g, Pairs<D> const& pairs, Cell<D> const& cell, std::size_t i, std::size_t slot) noexcept
+{
+    Vec<D> const other = g.place[pairs.other[slot]].centre;
+    if (pairs.image.empty()) return g.place[i].centre - other;
+    return g.place[i].centre - (other + cell.images[pairs.image[slot]].shift);
+}
 
 //! The grains near one wall, ascending, with their history.
 template <int D>
@@ -151,7 +163,7 @@ struct Booked
     double sliding = 0.0;
     double rolling = 0.0;        //!< dashpot and slip of the rolling resistance
     double external_work = 0.0;  //!< done on the grains by the external forces
-    double wall_work = 0.0;      //!< done on the grains by moving walls
+    double wall_work = 0.0;      //!< done on the grains by moving walls and images
     double field_work = 0.0;     //!< done on the grains by gravity or a frame that changes
     double removed_walls = 0.0;  //!< elastic energy that vanished with walls
     double touch = 0.0;          //!< lost (> 0) or made (< 0) because contacts begin and end within a step
@@ -171,6 +183,15 @@ struct Push
     Motion<D> motion;
 };
 
+//! A grain that was put back on the other side of a periodic cell within the step.
+template <int D>
+struct Crossing
+{
+    std::uint32_t grain;
+    Vec<D> moved;  //!< [m]
+    Vec<D> sped;   //!< with the images [m/s]
+};
+
 //! What changes during a run.
 template <int D>
 struct State
@@ -182,9 +203,11 @@ struct State
     std::vector<WallContacts<D>> walls;  //!< one per wall
     std::vector<Vec<D>> built;           //!< centres when the lists were built [m]
     std::int64_t rebuilds = 0;
+    Cell<D> cell;  //!< periodic scenes only
     Booked booked;
     LossyPower power;
-    std::vector<Push<D>> pushes;  //!< empty between steps
+    std::vector<Push<D>> pushes;         //!< empty between steps
+    std::vector<Crossing<D>> crossings;  //!< empty between steps
 };
 
 //! What a scene needs; chosen once per run.
@@ -194,7 +217,8 @@ struct Features
     bool friction = false;  //!< any friction coefficient > 0
     Rolling rolling = Rolling::none;
     Scheme scheme = Scheme::predicted;
-    bool ledger = false;  //!< sums up dissipated energies and work
+    bool ledger = false;    //!< sums up dissipated energies and work
+    bool periodic = false;  //!< pairs see images of their second grains
     bool operator==(Features const&) const = default;
 };
 
@@ -209,6 +233,7 @@ struct Setup
     std::optional<frame::RotatingFrame<D>> frame;  //!< that everything is seen in; absent: inertial
     ContactLaw law;                                //!< between grains
     std::vector<Wall<D>> walls;
+    Periodic<D> periodic;
     double skin = 0.0;              //!< reach of the neighbour list beyond contact [m]
     bool absolute_damping = false;  //!< dashpots in N s/m, whatever the masses (LIGGGHTS' order only)
     bool loads = true;              //!< somebody may set grains.external
