@@ -7,98 +7,29 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "coupler/base/scratch_directory.hpp"
 #include "participants/dem/config.hpp"
 #include "participants/dem/grain_file.hpp"
-#include "participants/dem/packing_file.hpp"
 #include "participants/dem/random.hpp"
 #include "participants/dem/setup.hpp"
 #include "participants/dem/solver.hpp"
+#include "tests/bench/dem_column.hpp"
 #include "tests/support/liggghts_column.hpp"
 
 namespace {
 
 using dem::Vec3;
+using namespace dem_bench;
 
 using liggghts::density, liggghts::step, liggghts::kn, liggghts::kt, liggghts::mu, liggghts::mu_r;
-constexpr double mean_radius = 4e-3;  // m
-constexpr int warm_up = 100;
-
-nlohmann::json results = nlohmann::json::array();
-
-double side_of(std::size_t grains)  // of a column about as high as wide [m]
-{
-    return 2.0 * mean_radius * std::cbrt(static_cast<double>(grains)) * 1.03;
-}
-
-//! Spheres of 8 mm +- 10 % that came to rest from a loose lattice, kept for the next run.
-dem::Grains<3> settled(std::size_t count)
-{
-    double const side = side_of(count);
-    char const* const home = std::getenv("HOME");
-    std::filesystem::path const file = std::filesystem::path(home ? home : "/tmp") / ".cache" / "sluice" /
-                                       ("bench-column-" + std::to_string(count) + ".bin");
-    std::string damage;
-    dem::Grains<3> g;
-    if (auto const kept = dem::load_packing<3>(file, damage)) {
-        for (auto const& [centre, radius] : kept->place) g.add(centre, radius, density);
-        return g;
-    }
-    std::printf("settling %zu grains (once)\n", count);
-    std::fflush(stdout);
-    dem::Random random(1);
-    double const cell = 8.9e-3;
-    auto const across = static_cast<std::size_t>(side / cell);
-    double const pitch = side / static_cast<double>(across);
-    for (std::size_t k = 0; k < count; ++k) {
-        auto const at = [&](std::size_t n) {
-            return (static_cast<double>(n) + 0.5) * pitch + random.uniform(-2e-5, 2e-5);
-        };
-        Vec3 const centre{at(k % across), at(k / across % across),
-                          (static_cast<double>(k / across / across) + 0.5) * cell};
-        g.add(centre, mean_radius * random.uniform(0.9, 1.1), density);
-    }
-    dem::Setup<3> s = liggghts::setup(side);
-    s.law.normal.damping = s.law.tangential.damping = 5.0;  // [N s/m], about a third of the critical one
-    s.law.tangential.friction = 0.2;
-    for (auto& wall : s.walls) wall.law = s.law;
-    s.loads = true;
-    dem::Solver<3> solver(s, g);
-    int const steps = 20000 + static_cast<int>(20.0 * std::cbrt(static_cast<double>(count)));
-    for (int n = 0; n < steps; ++n) {
-        if (n % 10 == 0)
-            for (std::size_t i = 0; i < g.size(); ++i)  // as in a thick liquid: at rest sooner
-                solver.grains().external[i].force =
-                    (-20.0 * solver.grains().mass[i]) * solver.grains().motion[i].velocity;
-        solver.step(2.0 * step);
-    }
-    dem::write_packing<3>({solver.grains().place, {}, 0.0}, file);
-    dem::Grains<3> rest;
-    for (auto const& [centre, radius] : solver.grains().place) rest.add(centre, radius, density);
-    return rest;
-}
-
-double processor_time(int who)  // s
-{
-    rusage usage{};
-    getrusage(who, &usage);
-    auto const seconds = [](timeval t) {
-        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-    };
-    return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 //! One contestant: s of processor time for so many steps.
 struct Contestant
 {
@@ -106,23 +37,6 @@ struct Contestant
     std::function<double(int steps)> run;
     std::vector<double> rate;  //!< million grain-steps a second
 };
-
-double own_time()  // of the processor [s]
-{
-    return processor_time(RUSAGE_SELF);
-}
-double wall_time()  // s; processor time counts threads that wait
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double run_ours(dem::Solver<3> solver, int steps, double (*clock)())
-{
-    for (int n = 0; n < warm_up; ++n) solver.step(step);
-    double const start = clock();
-    for (int n = 0; n < steps; ++n) solver.step(step);
-    return clock() - start;
-}
 
 //! Runs a peer once; `before` stands before its name. LIGGGHTS leaves its grains in `dump`.
 void start_peer(std::filesystem::path const& folder, std::string const& before, std::string const& program,
@@ -205,12 +119,6 @@ dem::Grains<3> scrambled(dem::Grains<3> const& g, bool sorted)
     for (std::size_t k = g.size() - 1; k > 0; --k) std::swap(config.grains[k], config.grains[random.next() % (k + 1)]);
     if (sorted) dem::sort_in_space(config.grains);
     return dem::listed_grains<3>(config);
-}
-
-double median(std::vector<double> values)
-{
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
 }
 
 //! Largest distance between our grains and LIGGGHTS' after the steps that it ran last [diameters].
@@ -333,8 +241,10 @@ int main(int argc, char** argv)
     try {
         if (small) {
             column(300, 3000, 1);
+            features(300, 300, 1);
         } else {
             column(2500, 2000, 5);
+            features(2500, 1000, 5);
             column(20000, 250, 5);
             if (large) column(100000, 50, 5);
         }
