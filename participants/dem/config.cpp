@@ -257,10 +257,7 @@ void warn_of_overlaps(Config& config)
             double const reach = a.radius + b.radius, overlap = reach - norm(a.centre - b.centre);
             double const effective = a.radius * b.radius / reach;
             deepest = std::max(deepest, overlap / reach);
-            energy += (config.contact.elasticity == Elasticity::linear
-                           ? stiffness_at<Elasticity::linear>(law, overlap, effective)
-                           : stiffness_at<Elasticity::hertz>(law, overlap, effective))
-                          .energy;
+            energy += stiffness_of(config.contact.elasticity, law, overlap, effective).energy;
         }
     if (deepest > 0.01)
         config.warnings.push_back(
@@ -330,6 +327,7 @@ Config read_config(Reader r, int dimension, Vec3 gravity)
     if (config.scheme == Scheme::liggghts && config.contact.rolling == Rolling::elastic_plastic)
         r.problem("scheme", "liggghts has no elastic_plastic rolling (give contact.rolling: constant).");
     read_matter(r, config);
+    config.measures = read_measures(r, config);
     read_step(r, config);
     if (r.diagnostics()->problems.empty()) dimension == 2 ? warn_of_overlaps<2>(config) : warn_of_overlaps<3>(config);
     r.finish();

@@ -8,6 +8,7 @@
 
 #include "coupler/scene/reader.hpp"
 #include "participants/dem/laws.hpp"
+#include "participants/dem/measure_config.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
 
@@ -86,6 +87,7 @@ struct Config
     std::vector<WallConfig> walls;
     std::optional<ColumnConfig> column;
     std::vector<GrainConfig> grains;
+    MeasuresConfig measures;
     double step = 0.0;                  //!< longest step [s]
     double contact_time = 0.0;          //!< t_c of the lightest pair [s]
     std::vector<std::string> warnings;  //!< for the user, one sentence each
