@@ -42,6 +42,9 @@ struct Window
     bool last = false;    //!< the run ends with it
     int iteration = 0;    //!< in an implicit group: how often it has been computed before
 
+    //! Whether something done every `interval` seconds is due at its end: the first one at or after each multiple; 0 and
+    //! the last window: at the end of the run.
+    bool due(double interval) const;
     //! How many equal steps of at most `longest` seconds fill the window.
     std::int64_t steps(double longest) const;
     //! The k-th of `steps` times that divide the window evenly, begin and end exactly.

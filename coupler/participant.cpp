@@ -10,6 +10,12 @@
 
 namespace sluice {
 
+bool Window::due(double interval) const
+{
+    if (interval <= 0 || last) return last;
+    return std::floor(end / interval + 1e-9) > std::floor(begin / interval + 1e-9);
+}
+
 std::int64_t Window::steps(double longest) const
 {
     return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(length / longest - 1e-9)));

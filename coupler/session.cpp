@@ -262,18 +262,14 @@ void Participant::Session::open_window(Window& window, Action const& action)
     plan_ = schedule->plan();
     if (group && action.iteration == 0) begin_group_window();
     double const begin = pace.scale.seconds(plan_.begin), end = pace.scale.seconds(plan_.begin + plan_.length);
-    auto const due = [&](double interval) {  // at the first window end at or after each multiple of the interval
-        if (interval <= 0 || plan_.last) return plan_.last;
-        return std::floor(end / interval + 1e-9) > std::floor(begin / interval + 1e-9);
-    };
     window = {.index = action.window,
               .begin = begin,
               .end = end,
               .length = plan_.length == ticks_per_window ? window_length : end - begin,
-              .output = due(scene.output_interval),
-              .series = due(scene.series_interval),
               .last = plan_.last,
               .iteration = static_cast<int>(action.iteration)};
+    window.output = window.due(scene.output_interval);
+    window.series = window.due(scene.series_interval);
     for (auto& channel : in) {
         channel.begin = plan_.begin;
         channel.length = plan_.length;

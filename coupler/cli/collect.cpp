@@ -53,6 +53,8 @@ Json collect(Scene const& scene, path const& directory, RunEnding const& ending,
         merge_collections(series, directory / (scene.file.stem().string() + ".pvd"));
     std::vector<ArchiveLink> links;
     for (auto const& [name, file] : files_of(scene, directory, ".h5")) links.push_back({name, file.filename()});
+    for (auto const& [name, file] : files_of(scene, directory, ".measures.h5"))
+        links.push_back({name + ".measures", file.filename()});
     if (!links.empty()) link_archives(directory / "archive.h5", links);
     std::vector<path> traces;
     for (auto const& member : members_of_crew(scene))

@@ -24,20 +24,22 @@ PointColumn const& find_position(std::span<PointColumn const> columns, std::stri
     return *found;
 }
 
-//! One vertex per point: connectivity 0..N-1, offsets 1..N.
-std::string vertices(AppendedArrays& arrays, std::size_t count)
+//! Cells of `each` points in their order: connectivity 0..N-1, offsets each, 2 each, ..., N.
+std::string cells_of(AppendedArrays& arrays, std::size_t count, std::size_t each)
 {
     std::vector<std::int64_t> numbers(count);
     std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
     std::string text = arrays.add("connectivity", "", 1, numbers);
-    std::iota(numbers.begin(), numbers.end(), std::int64_t{1});
-    text += arrays.add("offsets", "", 1, numbers);
-    return text;
+    numbers.clear();
+    for (std::size_t end = each; end <= count; end += each) numbers.push_back(static_cast<std::int64_t>(end));
+    return text + arrays.add("offsets", "", 1, numbers);
 }
 
 std::string document(std::span<std::int64_t const> ids, std::span<PointColumn const> columns,
-                     PointColumn const& position, Precision precision)
+                     PointColumn const& position, Precision precision, PointSeries::Cells cells)
 {
+    bool const lines = cells == PointSeries::Cells::lines;
+    std::size_t const each = lines ? 2 : 1, count = ids.size() / each;
     AppendedArrays arrays;
     std::string point_data = arrays.add("id", "", 1, ids);
     for (auto const& column : columns) {
@@ -47,18 +49,20 @@ std::string document(std::span<std::int64_t const> ids, std::span<PointColumn co
     }
     std::string const points = arrays.add_padded("position", "m", position.components, position.values, precision);
     return arrays.document(
-        "PolyData", fmt::format("<PolyData>\n<Piece NumberOfPoints=\"{0}\" NumberOfVerts=\"{0}\" NumberOfLines=\"0\" "
-                                "NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n<PointData>\n{1}</PointData>\n"
-                                "<Points>\n{2}</Points>\n<Verts>\n{3}</Verts>\n</Piece>\n</PolyData>\n",
-                                ids.size(), point_data, points, vertices(arrays, ids.size())));
+        "PolyData", fmt::format("<PolyData>\n<Piece NumberOfPoints=\"{0}\" NumberOfVerts=\"{1}\" NumberOfLines=\"{2}\" "
+                                "NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n<PointData>\n{3}</PointData>\n"
+                                "<Points>\n{4}</Points>\n<{5}>\n{6}</{5}>\n</Piece>\n</PolyData>\n",
+                                ids.size(), lines ? 0 : count, lines ? count : 0, point_data, points,
+                                lines ? "Lines" : "Verts", cells_of(arrays, ids.size(), each)));
 }
 
 }  // namespace
 
 PointSeries::PointSeries(std::filesystem::path directory, std::string name, Precision precision,
-                         std::optional<double> keep_until)
+                         std::optional<double> keep_until, Cells cells)
     : files_{std::move(directory), std::move(name), "vtp"},
       precision_(precision),
+      cells_(cells),
       entries_(begin_series(files_, keep_until))
 {}
 
@@ -66,7 +70,7 @@ void PointSeries::append(double time, std::span<std::int64_t const> ids, std::sp
 {
     PointColumn const& position = find_position(columns, files_.name);
     std::string const file = files_.frame(entries_.size());
-    write_atomically(files_.directory / file, document(ids, columns, position, precision_));
+    write_atomically(files_.directory / file, document(ids, columns, position, precision_, cells_));
     entries_.push_back({.time = time, .part = 0, .file = file});
     write_collection(collection(), entries_);
 }

@@ -27,10 +27,16 @@ struct PointColumn
 class PointSeries
 {
  public:
+    enum class Cells
+    {
+        vertices,
+        lines
+    };  //!< lines: one from each even point to the next; N is even
+
     //! Replaces an earlier series; with `keep_until` [s] goes on with it, without what came later. Throws Error
     //! (Exit::io).
     PointSeries(std::filesystem::path directory, std::string name, Precision precision = Precision::float64,
-                std::optional<double> keep_until = std::nullopt);
+                std::optional<double> keep_until = std::nullopt, Cells cells = Cells::vertices);
 
     //! Adds one frame at `time` [s]. `ids` has N entries; one column must be "position" (2 or 3 components, metres),
     //! the others become point data. Throws Error (Exit::io); the earlier frames stay readable.
@@ -42,6 +48,7 @@ class PointSeries
  private:
     SeriesFiles files_;
     Precision precision_;
+    Cells cells_;
     std::vector<CollectionEntry> entries_;
 };
 

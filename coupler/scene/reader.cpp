@@ -72,6 +72,10 @@ bool Reader::is_scalar(std::string_view key) const
 {
     return has(key) && node_[std::string(key)].IsScalar();
 }
+bool Reader::is_list(std::string_view key) const
+{
+    return has(key) && node_[std::string(key)].IsSequence();
+}
 
 std::vector<std::string> Reader::keys() const
 {

@@ -71,6 +71,7 @@ class Reader
 
     bool has(std::string_view key) const;
     bool is_scalar(std::string_view key) const;  //!< present and a single word or number, not a mapping or list
+    bool is_list(std::string_view key) const;    //!< present and a list
     std::string const& path() const { return path_; }
     std::vector<std::string> keys() const;
     YAML::Node key_of(std::string_view key) const { return key_node(key); }  //!< the key itself, else this mapping's

@@ -336,6 +336,7 @@ Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::
         config.fluid_density = buoyancy->number("density", {.above = 0.0, .max = 1e5, .unit = "kg/m3"});
         buoyancy->finish();
     }
+    config.measures = read_measures(r, config);
     read_step(r, config);
     check_start(r, config);
     r.finish();

@@ -8,6 +8,7 @@
 
 #include "coupler/scene/scene.hpp"
 #include "participants/dem/laws.hpp"
+#include "participants/dem/measure_config.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
 
@@ -93,6 +94,7 @@ struct Config
     std::vector<GrainConfig> grains;
     std::string grains_from;            //!< the file that they are from; empty: the scene
     std::uint64_t grains_hash = 0;      //!< of all that the file says about them; 0: no file
+    MeasuresConfig measures;
     double step = 0.0;                  //!< longest step [s]
     double contact_time = 0.0;          //!< t_c of the lightest pair [s]
     std::vector<std::string> warnings;  //!< for the user, one sentence each

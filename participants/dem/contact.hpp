@@ -77,6 +77,12 @@ inline Stiffness stiffness_at(ContactLaw const& law, double overlap, double radi
     }
 }
 
+inline Stiffness stiffness_of(Elasticity elasticity, ContactLaw const& law, double overlap, double radius) noexcept
+{
+    return elasticity == Elasticity::linear ? stiffness_at<Elasticity::linear>(law, overlap, radius)
+                                            : stiffness_at<Elasticity::hertz>(law, overlap, radius);
+}
+
 //! What two partners and a step are to the laws of one contact.
 template <int D>
 struct Touching

@@ -10,11 +10,9 @@
 #include <utility>
 
 #include "coupler/coupler.hpp"
-#include "coupler/record/archive.hpp"
-#include "coupler/record/point_series.hpp"
-#include "coupler/record/table.hpp"
 #include "participants/dem/checkpoint.hpp"
 #include "participants/dem/measures.hpp"
+#include "participants/dem/recorder.hpp"
 #include "participants/dem/setup.hpp"
 
 namespace dem {
@@ -32,129 +30,11 @@ std::filesystem::path packing_cache()
     return {};
 }
 
-//! A vector's numbers at the end of a list.
-template <class V>
-void append(std::vector<double>& to, V v)
+template <int D>
+sluice::Kinematics kinematics_of(Columns<D> const& c)
 {
-    each_number(v, [&](double number) { to.push_back(number); });
+    return {c.id, c.position, c.velocity, c.spin, c.radius};
 }
-
-//! The grains as columns for frames, files and archives: interleaved, as all of those want them.
-template <int D>
-struct Columns
-{
-    std::vector<std::int64_t> id;
-    std::vector<double> position, velocity, spin, radius, force;
-
-    void update(Grains<D> const& g)
-    {
-        id = g.id;
-        for (auto* column : {&position, &velocity, &spin, &radius, &force}) column->clear();
-        for (std::size_t i = 0; i < g.size(); ++i) {
-            append(position, g.place[i].centre);
-            append(velocity, g.motion[i].velocity);
-            append(spin, g.motion[i].spin);
-            append(radius, g.place[i].radius);
-            append(force, g.external[i].force);
-        }
-    }
-    sluice::Kinematics kinematics() const { return {id, position, velocity, spin, radius}; }
-};
-
-//! What a run leaves behind: ParaView series, HDF5 archive, time series. A resumed run goes on with what is there up to
-//! `resumed_at` [s].
-template <int D>
-class Recorder
-{
- public:
-    //! `changes`: gravity or the frame does.
-    Recorder(sluice::Participant& self, bool changes, std::optional<double> resumed_at = std::nullopt)
-        : series_(self.directory(), self.name(), sluice::Precision::float32, resumed_at),
-          archive_(self.directory() / (self.name() + ".h5"),
-                   std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(self.scene().hash)}}, resumed_at),
-          table_(self.directory() / (self.name() + ".csv"), headers(changes), resumed_at),
-          changes_(changes)
-    {
-        if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
-    }
-
-    void picture(double time, Columns<D> const& c)
-    {
-        constexpr int turning = D == 2 ? 1 : 3;
-        constexpr auto force = D == 2 ? "N/m" : "N";
-        std::vector<double> diameter(c.radius);
-        for (double& d : diameter) d *= 2;
-        series_.append(time, c.id,
-                       std::vector<sluice::PointColumn>{{"position", "m", D, c.position},
-                                                        {"velocity", "m/s", D, c.velocity},
-                                                        {"angular_velocity", "rad/s", turning, c.spin},
-                                                        {"radius", "m", 1, c.radius},
-                                                        {"diameter", "m", 1, diameter},
-                                                        {"fluid_force", force, D, c.force}});
-        auto const n = c.id.size();
-        std::vector<std::size_t> const spins = D == 2 ? std::vector<std::size_t>{n} : std::vector<std::size_t>{n, 3};
-        archive_.append(time,
-                        std::vector<sluice::ArchiveDataset>{{"id", "", std::span<std::int64_t const>(c.id), {n}},
-                                                            {"position", "m", std::span(c.position), {n, D}},
-                                                            {"velocity", "m/s", std::span(c.velocity), {n, D}},
-                                                            {"angular_velocity", "rad/s", std::span(c.spin), spins},
-                                                            {"radius", "m", std::span(c.radius), {n}},
-                                                            {"fluid_force", force, std::span(c.force), {n, D}}});
-    }
-
-    void row(double time, Solver<D> const& solver, Vec<D> impulse)
-    {
-        auto const m = measure(solver);
-        auto const e = solver.energies();
-        std::vector<double> values{time,
-                                   m.front,
-                                   m.foremost,
-                                   m.height,
-                                   e.kinetic_linear,
-                                   e.kinetic_rotational,
-                                   e.potential,
-                                   e.elastic(),
-                                   e.normal_dashpot,
-                                   e.tangential_dashpot,
-                                   e.sliding,
-                                   e.rolling,
-                                   e.removed_walls + e.touch,
-                                   e.external_work,
-                                   e.wall_work,
-                                   e.balance(),
-                                   m.coordination,
-                                   static_cast<double>(m.contacts),
-                                   m.largest_overlap};
-        if (changes_) values.push_back(e.field_work);
-        append(values, m.centre_of_mass);
-        append(values, impulse);
-        table_.append(values);
-    }
-
-    void close() { archive_.close(); }
-
- private:
-    static std::vector<std::string> headers(bool changes)
-    {
-        std::string const joule = D == 2 ? " [J/m]" : " [J]", impulse = D == 2 ? " [N s/m]" : " [N s]";
-        std::vector<std::string> names{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
-        for (auto const energy :
-             {"kinetic", "rotational", "potential", "elastic", "dissipated_normal", "dissipated_tangential",
-              "dissipated_sliding", "dissipated_rolling", "vanished", "fluid_work", "wall_work", "balance"})
-            names.push_back(energy + joule);
-        for (auto const name : {"coordination", "contacts", "largest_overlap"}) names.push_back(name);
-        if (changes) names.push_back("field_work" + joule);
-        for (int k = 0; k < D; ++k) names.push_back(std::string("centre_") + "xyz"[k] + " [m]");
-        for (int k = 0; k < D; ++k)  // that the fluid gave in the last window
-            names.push_back(std::string("window_impulse_") + "xyz"[k] + impulse);
-        return names;
-    }
-
-    sluice::PointSeries series_;
-    sluice::Archive archive_;
-    sluice::Table table_;
-    bool changes_;
-};
 
 //! Where a grain of a lasting id is in the solver's arrays: a table for ids that lie close together, else a map.
 class Finder
@@ -245,15 +125,16 @@ struct Start
 {
     double height = 0, front = 0, mean_diameter = 0;  //!< m
     double packing_fraction = 0;                      //!< 0: not a column, or too narrow to measure it
+    double balance = 0;                               //!< of the energies [J]
 
     void keep(sluice::State& state) const
     {
-        state.put("start", std::vector<double>{height, front, mean_diameter, packing_fraction});
+        state.put("start", std::vector<double>{height, front, mean_diameter, packing_fraction, balance});
     }
     static Start kept(sluice::State const& state)
     {
-        auto const numbers = state.numbers("start", 4);
-        return {numbers[0], numbers[1], numbers[2], numbers[3]};
+        auto const numbers = state.numbers("start", 5);
+        return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]};
     }
 };
 
@@ -274,9 +155,8 @@ template <int D>
 Start start_of(Config const& config, Solver<D> const& solver)
 {
     auto const m = measure(solver);
-    Start start{m.height, m.front};
-    for (auto const& place : solver.grains().place)
-        start.mean_diameter += 2 * place.radius / static_cast<double>(solver.grains().size());
+    Start start{.height = m.height, .front = m.front, .mean_diameter = mean_diameter(solver.grains())};
+    if (config.measures[Measure::drift].wanted) start.balance = solver.energies().balance();
     if (!config.column) return start;
     if (auto const core = core_of<D>(*config.column, m, start.mean_diameter))
         start.packing_fraction = packing_fraction<D>(solver.grains(), core->first, core->second);
@@ -325,10 +205,25 @@ void describe(Config const& config)
     for (auto const& warning : config.warnings) std::printf("grains: warning: %s\n", warning.c_str());
 }
 
+//! Why the ledger of energies is off.
+std::string why_no_ledger(Config const& config, bool series)
+{
+    if (config.scheme == Scheme::liggghts && series) return "scheme: liggghts keeps none";
+    return config.measures.stated ? "no measure needs it (energies, drift)"
+                                  : "no time series is asked for (output.series)";
+}
+
+Due due_at(sluice::Window const& window)
+{
+    return {window.end, window.output, window.series, [&window](double interval) { return window.due(interval); }};
+}
+Due const at_start{0.0, true, true, [](double) { return true; }};
+
 template <int D>
 void run(sluice::Participant& self, Config const& config)
 {
-    bool const series = self.scene().series_interval > 0, ledger = series && config.scheme != Scheme::liggghts;
+    double const series = self.scene().series_interval;
+    bool const ledger = config.measures.need_ledger(series) && config.scheme != Scheme::liggghts;
     Solver<D> solver = prepare_solver<D>(self, config, ledger ? Ledger::on : Ledger::off);
     Start start;
     self.keeps(
@@ -342,39 +237,39 @@ void run(sluice::Participant& self, Config const& config)
             solver.restore(kept_state<D>(state, solver.setup(), count_grains(config)));
             start = Start::kept(state);
         });
-    if (!ledger)
-        self.skipped("energy ledger",
-                     series ? "scheme: liggghts keeps none" : "no time series is asked for (output.series)", 1.0);
+    if (!ledger) self.skipped("energy ledger", why_no_ledger(config, series > 0), 1.0);
     auto const receivers = self.receivers("kinematics"), senders = self.senders("load");
     if (senders.empty()) self.skipped("fluid", "no participant sends a load: it is not started", 1.0);
 
     Columns<D> columns;
-    bool const changes = solver.setup().field_changes(0.0);
     std::optional<Recorder<D>> recorder;
+    auto begin_recording = [&](std::optional<double> resumed_at) {
+        recorder.emplace(typename Recorder<D>::Names{self.directory(), self.name(), self.scene().hash}, config,
+                         start.mean_diameter, resumed_at);
+        if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
+    };
     auto tell = [&] {
         columns.update(solver.grains());
-        for (auto const& to : receivers) self.write(to, columns.kinematics());
+        for (auto const& to : receivers) self.write(to, kinematics_of(columns));
     };
     if (!self.resumes()) {
         start = start_of(config, solver);
         tell();
-        recorder.emplace(self, changes);
-        recorder->picture(0.0, columns);
-        recorder->row(0.0, solver, {});
+        begin_recording(std::nullopt);
+        recorder->record(at_start, columns, {solver, {}, start.balance});
     }
     sluice::Windows windows = self.windows();
-    if (self.resumes()) recorder.emplace(self, changes, self.resumed_at());
+    if (self.resumes()) begin_recording(self.resumed_at());
     state_facts(self, config, solver.grains().size(), start);
     Finder const find(solver.grains().id);
     for (sluice::Window const& window : windows) {
-        if (self.went_back()) recorder.emplace(self, changes, self.resumed_at());
+        if (self.went_back()) begin_recording(self.resumed_at());
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
         Vec<D> const impulse = advance(solver, config.step, window, find, loads);
         tell();
         if (iterates(self) && !self.accepted(window)) continue;
-        if (window.output) recorder->picture(window.end, columns);
-        if (window.series) recorder->row(window.end, solver, impulse);
+        recorder->record(due_at(window), columns, {solver, impulse, start.balance});
     }
     auto const m = measure(solver);
     self.fact("final run-out [m]", m.front);

@@ -42,12 +42,6 @@ void for_wall(Setup<D> const& setup, State<D> const& state, std::size_t w, Visit
         setup.walls[w].shape);
 }
 
-auto stiffness(Elasticity elasticity, ContactLaw const& law, double overlap, double radius) noexcept
-{
-    return elasticity == Elasticity::linear ? stiffness_at<Elasticity::linear>(law, overlap, radius)
-                                            : stiffness_at<Elasticity::hertz>(law, overlap, radius);
-}
-
 //! A visitor that adds elastic energies to `sum`.
 template <int D>
 auto adding(Features const& features, Elastic& sum)
@@ -55,7 +49,7 @@ auto adding(Features const& features, Elastic& sum)
     return [&features, &sum](Contact<D> const& c, double overlap, ContactLaw const& law, Motion<D> const&,
                              Motion<D> const&, History<D> const& history, std::size_t at) {
         if (overlap <= 0.0) return;
-        Stiffness const s = stiffness(features.elasticity, law, overlap, c.effective);
+        Stiffness const s = stiffness_of(features.elasticity, law, overlap, c.effective);
         sum.normal += s.energy;
         if (features.friction) sum.tangential += spring_energy(history.friction[at], s.tangential);
         if (features.rolling == Rolling::elastic_plastic)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "participants/dem/neighbours.hpp"
+#include "participants/dem/touches.hpp"
 
 namespace dem {
 namespace {
@@ -26,70 +27,6 @@ class Sets
  private:
     std::vector<std::size_t> parent_;
 };
-
-template <int D>
-double mean_diameter(Grains<D> const& g)
-{
-    double sum = 0.0;
-    for (auto const& place : g.place) sum += place.radius;
-    return 2.0 * sum / static_cast<double>(g.size());
-}
-
-//! For each grain whether it belongs to the largest linked set.
-template <int D>
-std::vector<bool> main_mass(Grains<D> const& g)
-{
-    std::vector<std::uint32_t> first, other;
-    find_pairs(g, 0.1 * mean_diameter(g), first, other);
-    Sets sets(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i)
-        for (std::uint32_t slot = first[i]; slot < first[i + 1]; ++slot) sets.join(i, other[slot]);
-    std::vector<std::size_t> size(g.size(), 0);
-    for (std::size_t i = 0; i < g.size(); ++i) ++size[sets.root(i)];
-    auto const largest = static_cast<std::size_t>(std::max_element(size.begin(), size.end()) - size.begin());
-    std::vector<bool> belongs(g.size());
-    for (std::size_t i = 0; i < g.size(); ++i) belongs[i] = sets.root(i) == largest;
-    return belongs;
-}
-
-template <int D>
-void measure_contacts(Solver<D> const& solver, Measures<D>& m)
-{
-    Grains<D> const& g = solver.grains();
-    Pairs<D> const& pairs = solver.state().pairs;
-    std::vector<std::size_t> touching(g.size(), 0);
-    for (std::size_t i = 0; i < g.size(); ++i)
-        for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
-            std::size_t const j = pairs.other[slot];
-            double const reach = g.place[i].radius + g.place[j].radius;
-            double const overlap = reach - norm(apart(g, pairs, solver.state().cell, i, slot));
-            if (overlap <= 0.0) continue;
-            ++m.contacts, ++touching[i], ++touching[j];
-            m.largest_overlap = std::max(m.largest_overlap, overlap / reach);
-        }
-    for (std::size_t w = 0; w < solver.setup().walls.size(); ++w)
-        std::visit(
-            [&](auto const& shape) {
-                auto const& wall = solver.state().walls[w];
-                for (std::size_t k = 0; k < wall.grain.size(); ++k) {
-                    auto const& place = g.place[wall.grain[k]];
-                    double const overlap = place.radius - shape.facing(place.centre - wall.shift).distance;
-                    if (overlap <= 0.0) continue;
-                    ++m.contacts, ++touching[wall.grain[k]];
-                    m.largest_overlap = std::max(m.largest_overlap, overlap / (2.0 * place.radius));
-                }
-            },
-            solver.setup().walls[w].shape);
-    std::size_t sum = 0;
-    for (std::size_t count : touching) {
-        if (count < 2)
-            ++m.rattlers;
-        else
-            sum += count;
-    }
-    std::size_t const bearing = g.size() - m.rattlers;
-    m.coordination = bearing > 0 ? static_cast<double>(sum) / static_cast<double>(bearing) : 0.0;
-}
 
 //! Sum over slices across x of a body of this radius, within [low, high]: `across(half)` is the extent of the slice
 //! whose half width is given.
@@ -125,29 +62,115 @@ double clipped(Vec3 centre, double radius, Vec3 lower, Vec3 upper)
 }  // namespace
 
 template <int D>
-Measures<D> measure(Solver<D> const& solver)
+double mean_diameter(Grains<D> const& g)
 {
-    Grains<D> const& g = solver.grains();
-    Measures<D> m;
-    if (g.size() == 0) return m;
+    double sum = 0.0;
+    for (auto const& place : g.place) sum += place.radius;
+    return 2.0 * sum / static_cast<double>(g.size());
+}
+
+template <int D>
+std::vector<bool> main_mass(Grains<D> const& g)
+{
+    std::vector<std::uint32_t> first, other;
+    find_pairs(g, 0.1 * mean_diameter(g), first, other);
+    Sets sets(g.size());
+    for (std::size_t i = 0; i < g.size(); ++i)
+        for (std::uint32_t slot = first[i]; slot < first[i + 1]; ++slot) sets.join(i, other[slot]);
+    std::vector<std::size_t> size(g.size(), 0);
+    for (std::size_t i = 0; i < g.size(); ++i) ++size[sets.root(i)];
+    auto const largest = static_cast<std::size_t>(std::max_element(size.begin(), size.end()) - size.begin());
+    std::vector<bool> belongs(g.size());
+    for (std::size_t i = 0; i < g.size(); ++i) belongs[i] = sets.root(i) == largest;
+    return belongs;
+}
+
+template <int D>
+RunOut run_out_of(Grains<D> const& g)
+{
+    RunOut r;
+    if (g.size() == 0) return r;
     auto const belongs = main_mass(g);
     double const back = 2.0 * mean_diameter(g);
-    double mass = 0.0;
-    Vec<D> moment;
-    m.front = m.foremost = -INFINITY;
+    r.front = r.foremost = -INFINITY;
     for (std::size_t i = 0; i < g.size(); ++i) {
         auto const& [centre, radius] = g.place[i];
         double const right = centre.x + radius;
-        m.foremost = std::max(m.foremost, right);
-        if (belongs[i]) m.front = std::max(m.front, right);
-        if (belongs[i] && centre.x < back) m.height = std::max(m.height, up(centre) + radius);
-        mass += g.mass[i];
-        moment += g.mass[i] * centre;
+        r.foremost = std::max(r.foremost, right);
+        if (belongs[i]) r.front = std::max(r.front, right);
+        if (belongs[i] && centre.x < back) r.height = std::max(r.height, up(centre) + radius);
     }
-    m.kinetic = kinetic_energy(g);
-    m.centre_of_mass = (1.0 / mass) * moment;
-    measure_contacts(solver, m);
-    return m;
+    return r;
+}
+
+template <int D>
+Vec<D> centre_of_mass(Grains<D> const& g)
+{
+    if (g.size() == 0) return {};
+    double mass = 0.0;
+    Vec<D> moment;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        mass += g.mass[i];
+        moment += g.mass[i] * g.place[i].centre;
+    }
+    return (1.0 / mass) * moment;
+}
+
+template <int D>
+std::vector<std::size_t> contacts_of_grains(Setup<D> const& setup, State<D> const& state, Partners partners)
+{
+    std::size_t const grains = state.grains.size();
+    std::vector<std::size_t> touching(grains, 0);
+    each_touch(setup, state, [&](Touch<D> const& touch) {
+        bool const wall = touch.second >= grains;
+        if (wall && partners == Partners::grains) return;
+        ++touching[touch.first];
+        if (!wall) ++touching[touch.second];
+    });
+    return touching;
+}
+
+Coordination coordination_of(std::vector<std::size_t> const& contacts, std::size_t most)
+{
+    Coordination c;
+    c.grains.assign(most + 1, 0.0);
+    std::size_t all = 0, sum = 0;
+    for (std::size_t const count : contacts) {
+        c.grains[std::min(count, most)] += 1.0;
+        all += count;
+        if (count < 2)
+            ++c.rattlers;
+        else
+            sum += count;
+    }
+    auto const mean = [](std::size_t total, std::size_t of) {
+        return of > 0 ? static_cast<double>(total) / static_cast<double>(of) : 0.0;
+    };
+    c.mean = mean(all, contacts.size());
+    c.bearing = mean(sum, contacts.size() - c.rattlers);
+    return c;
+}
+
+template <int D>
+ContactNumbers contact_numbers(Setup<D> const& setup, State<D> const& state)
+{
+    ContactNumbers n;
+    each_touch(setup, state, [&](Touch<D> const& touch) {
+        ++n.contacts;
+        n.largest_overlap = std::max(n.largest_overlap, touch.overlap / touch.reach);
+    });
+    return n;
+}
+
+template <int D>
+Measures<D> measure(Solver<D> const& solver)
+{
+    Grains<D> const& g = solver.grains();
+    auto const coordination =
+        coordination_of(contacts_of_grains(solver.setup(), solver.state(), Partners::grains_and_walls), 0);
+    return {run_out_of(g),        contact_numbers(solver.setup(), solver.state()),
+            kinetic_energy(g),    centre_of_mass(g),
+            coordination.bearing, coordination.rattlers};
 }
 
 template <int D>
@@ -159,9 +182,17 @@ double packing_fraction(Grains<D> const& g, Vec<D> lower, Vec<D> upper)
     return volume / box;
 }
 
-template Measures<2> measure<2>(Solver<2> const&);
-template Measures<3> measure<3>(Solver<3> const&);
-template double packing_fraction<2>(Grains<2> const&, Vec<2>, Vec<2>);
-template double packing_fraction<3>(Grains<3> const&, Vec<3>, Vec<3>);
+#define DEM_MEASURES(D)                                                                                  \
+    template double mean_diameter<D>(Grains<D> const&);                                                  \
+    template std::vector<bool> main_mass<D>(Grains<D> const&);                                           \
+    template RunOut run_out_of<D>(Grains<D> const&);                                                     \
+    template Vec<D> centre_of_mass<D>(Grains<D> const&);                                                 \
+    template std::vector<std::size_t> contacts_of_grains<D>(Setup<D> const&, State<D> const&, Partners); \
+    template ContactNumbers contact_numbers<D>(Setup<D> const&, State<D> const&);                        \
+    template Measures<D> measure<D>(Solver<D> const&);                                                   \
+    template double packing_fraction<D>(Grains<D> const&, Vec<D>, Vec<D>);
+DEM_MEASURES(2)
+DEM_MEASURES(3)
+#undef DEM_MEASURES
 
 }  // namespace dem

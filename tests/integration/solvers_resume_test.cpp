@@ -166,6 +166,17 @@ Case dry()
              "output.series=0.001"}};
 }
 
+//! Sixty spheres with all measures, some at intervals of their own that no other output has.
+Case measured()
+{
+    return {
+        "quarter_column.yaml",
+        {{"grains", DEM_COMMAND}},
+        {"time.end=0.03", "participants.grains.config.column.count=60", "output.interval=0.01", "output.series=0.001",
+         "participants.grains.config.measures={standard: {}, drift: {}, front: {interval: 0.0007}, coordination: "
+         "{}, profile: {}, voronoi: {interval: 0.003}, force_chains: {interval: 0.004}}"}};
+}
+
 //! Runs the column to a checkpoint before `window` and one window more, then from there to the end: outputs, and the
 //! state before window 49, are those of the run "whole".
 void check_cut(Case const& c, int window)
@@ -262,6 +273,22 @@ TEST_CASE("dry column, one participant alone: killed or stopped and resumed, it 
     c.run("whole", {never});
     check_killed(c, {2, 80, 200});
     check_stopped(c, {{0, 5}, {0, 150}});
+}
+
+TEST_CASE("measures: killed or stopped and resumed, no row, picture or step is missing or there twice")
+{
+    Case const c = measured();
+    c.run("whole", {never});
+    auto const rows = [&](char const* table) {
+        auto const text = shell::slurp(c.out("whole") / table);
+        return std::ranges::count(text, '\n') - 1;  // without the header
+    };
+    CHECK(rows("grains.csv") == 31);        // the start, and every 1e-3 s of 0.03 s
+    CHECK(rows("grains.front.csv") == 44);  // 42 multiples of 7e-4 s, the start and the end
+    CHECK(rows("grains.voronoi.csv") == 11);
+    CHECK(std::ranges::any_of(c.results("whole"), [](auto const& file) { return file.first == "grains.forces.pvd"; }));
+    check_killed(c, {2, 60, 120});
+    check_stopped(c, {{0, 5}, {0, 90}});
 }
 
 TEST_CASE("immersed column: a resumed run pours nothing, and says where it went on")

@@ -204,3 +204,57 @@ participants:
     CHECK(wet.exit == 2);
     CHECK(wet.output.find("the solver of \"water\" knows no frame but the inertial one") != std::string::npos);
 }
+
+TEST_CASE("measures: of a settled column the files agree, and the contacts carry the weights")
+{
+    in_threads::Scratch scratch;
+    auto const out = scratch.path() / "run";
+    std::vector<std::string> const settings{
+        "time.end=0.06",
+        "output.interval=0.02",
+        "output.series=0.01",
+        "participants.grains.config.column.count=60",
+        "participants.grains.config.column.gate_removed_at=10",
+        "participants.grains.config.measures={standard: {}, drift: {}, coordination: {most: 8}, profile: {}, "
+        "voronoi: {interval: 0.02}, force_chains: {}}"};
+    REQUIRE(run(configs / "dry_column.yaml", out, settings).exit == 0);
+    auto const check =
+        shell::run({"/usr/bin/python3", readback, out, "--settled", "2650", "9.81"}, scratch.path() / "log");
+    if (check.exit != 0) MESSAGE(check.output);
+    CHECK(check.exit == 0);
+    CHECK(check.output.find("grains.forces.pvd: 4 frames") != std::string::npos);
+
+    auto const series = read_table(out / "grains.csv"), cells = read_table(out / "grains.voronoi.csv");
+    REQUIRE(series.at("time [s]").size() == 7);
+    REQUIRE(cells.at("time [s]").size() == 4);
+    CHECK(series.find("packing_fraction") == series.end());
+    for (std::size_t n = 0; n < 7; ++n) {
+        double grains = 0.0;
+        for (int k = 0; k <= 8; ++k) grains += series.at(fmt::format("with_{}", k))[n];
+        CHECK(grains == 60.0);
+        CHECK(series.at("contacts_bearing")[n] == series.at("coordination")[n]);
+        CHECK(series.at("drift [J/m]")[n] == series.at("balance [J/m]")[n] - series.at("balance [J/m]")[0]);
+        CHECK(std::abs(series.at("drift [J/m]")[n]) < 1e-9 * series.at("potential [J/m]")[0]);  // nothing moves
+    }
+    for (double const fraction : cells.at("packing_fraction")) {
+        CHECK(fraction > 0.7);  // D07: 0.81 to 0.84 in the bulk, less at the walls of so small a box
+        CHECK(fraction < 0.9069);
+    }
+}
+
+TEST_CASE("measures: a scene that asks for the front alone gets no more, and no ledger is kept")
+{
+    in_threads::Scratch scratch;
+    auto const out = scratch.path() / "run";
+    REQUIRE(run(configs / "quarter_column.yaml", out,
+                {"time.end=0.01", "participants.grains.config.column.count=60", "output.series=0.005",
+                 "participants.grains.config.measures=[front]"})
+                .exit == 0);
+    auto const table = read_table(out / "grains.csv");
+    CHECK(table.size() == 2);
+    REQUIRE(table.at("front [m]").size() == 3);
+    CHECK(table.at("front [m]")[0] > 0.0);
+    CHECK(shell::slurp(out / "summary.json").find("no measure needs it") != std::string::npos);
+    CHECK(std::filesystem::exists(out / "grains.measures.h5"));
+    CHECK_FALSE(std::filesystem::exists(out / "grains.forces.pvd"));
+}

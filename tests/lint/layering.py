@@ -41,6 +41,8 @@ def allowed(source, target):
             return target == "coupler/coupler.hpp"
         if name in ("coupling.cpp", "coupling.hpp"):
             return target == "coupler/coupler.hpp" or there in ("mapping", "record")
+        if name in ("recorder.cpp", "recorder.hpp"):
+            return there in ("scene", "record")
         return there == "scene" or there in SHARED
     if here in SHARED:
         return there == "scene"

@@ -49,6 +49,19 @@ TEST_CASE("point_series: 2D positions are padded with z = 0")
     CHECK(appended<std::int64_t>(file, "offsets") == std::vector<std::int64_t>{1, 2});
 }
 
+TEST_CASE("point_series: lines go from each even point to the next")
+{
+    test::Folder const folder;
+    PointSeries series(folder.path(), "forces", Precision::float64, std::nullopt, PointSeries::Cells::lines);
+    Points const points{{7, 9, 9, -1}, {1, 2, 3, 4, 3, 4, 3, 0}};
+    series.append(0.5, points.id, points.columns());
+    std::string const file = read_file(folder / "forces/forces_000000.vtp");
+    CHECK(file.find("NumberOfPoints=\"4\" NumberOfVerts=\"0\" NumberOfLines=\"2\"") != std::string::npos);
+    CHECK(file.find("<Lines>") != std::string::npos);
+    CHECK(appended<std::int64_t>(file, "connectivity") == std::vector<std::int64_t>{0, 1, 2, 3});
+    CHECK(appended<std::int64_t>(file, "offsets") == std::vector<std::int64_t>{2, 4});
+}
+
 TEST_CASE("point_series: single precision halves the numbers")
 {
     test::Folder const folder;

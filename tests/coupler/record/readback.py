@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 """Reads a run directory back with readers that are not ours and compares it with its archives.
 
-    readback.py RUN_DIR [--reader own|vtk] [--expect sample]
+    readback.py RUN_DIR [--reader own|vtk] [--expect sample] [--settled DENSITY GRAVITY]
 
 Checks every step of every .pvd: the files exist and open, times increase, counts and array lengths fit, values are
-finite; where `<name>.h5` lies beside `<name>.pvd`, its steps' times, counts and arrays must agree. `vtk` uses VTK's XML
+finite; where `<name>.h5` lies beside `<name>.pvd`, its steps' times, counts and arrays must agree. The contacts of
+`<name>.forces.pvd` must be those of `<name>.measures.h5`, between the grains of `<name>.h5`; with --settled they must
+carry the weight of every grain. `vtk` uses VTK's XML
 readers (package python3-vtk9), `own` a parser of 40 lines below. Exit: 0 good, 1 wrong, 77 the reader is not installed.
 """
 
@@ -49,9 +51,12 @@ def read_own(path):
     if root.get("type") == "PolyData":
         result["count"] = int(piece.get("NumberOfPoints"))
         result["points"] = values(root.find(".//Points/DataArray"))
-        connectivity, offsets = [values(node) for node in root.find(".//Verts")]
+        result["lines"] = int(piece.get("NumberOfLines"))
+        each = 2 if root.find(".//Lines") is not None else 1
+        connectivity, offsets = [values(node) for node in root.find(".//Lines" if each == 2 else ".//Verts")]
+        check(int(piece.get("NumberOfLines" if each == 2 else "NumberOfVerts")) * each == result["count"], f"{path}: cells")
         check(list(connectivity) == list(range(result["count"])), f"{path}: connectivity")
-        check(list(offsets) == list(range(1, result["count"] + 1)), f"{path}: offsets")
+        check(list(offsets) == list(range(each, result["count"] + 1, each)), f"{path}: offsets")
     else:
         image = root.find("ImageData")
         extent = [int(v) for v in image.get("WholeExtent").split()]
@@ -85,7 +90,8 @@ def read_vtk(path):
     result = {"arrays": arrays}
     if polydata:
         result["count"] = output.GetNumberOfPoints()
-        check(output.GetNumberOfVerts() == result["count"], f"{path}: vertices")
+        result["lines"] = output.GetNumberOfLines()
+        check(output.GetNumberOfVerts() + 2 * result["lines"] == result["count"], f"{path}: vertices and lines")
         points = output.GetPoints()
         result["points"] = vtk_to_numpy(points.GetData()) if points and result["count"] else numpy.zeros((0, 3))
     else:
@@ -169,6 +175,67 @@ def check_collection(folder, name, read):
     print(f"{name}: {len(entries)} files, {extremes} points or cells, {against}")
 
 
+def check_contacts(folder, name, read, settled):
+    """Frames of <name>.forces.pvd against the steps of <name>.measures.h5 and, where one has the time, <name>.h5."""
+    import h5py
+
+    measures = h5py.File(f"{folder}/{name}.measures.h5", "r")["steps"]
+    steps = {float(s.attrs["time"]): s for s in measures.values() if "contact_ids" in s}
+    grains = {float(s.attrs["time"]): s for s in h5py.File(f"{folder}/{name}.h5", "r")["steps"].values()}
+    entries = read_collection(f"{folder}/{name}.forces.pvd")
+    check(len(entries) == len(steps), f"{name}.forces: {len(entries)} frames, {len(steps)} steps with contacts")
+    for time, _, file in entries:
+        frame, step = read(os.path.join(folder, file)), steps[time]
+        ids, force = step["contact_ids"][()], step["contact_force"][()]
+        check(frame["lines"] == len(ids), f"{file}: {frame['lines']} lines, {len(ids)} contacts")
+        check((frame["arrays"]["id"].reshape(-1, 2) == ids).all(), f"{file}: ids")
+        normal, tangential = frame["arrays"]["normal_force"], frame["arrays"]["tangential_force"]
+        check((normal[::2] == normal[1::2]).all() and (normal >= 0).all(), f"{file}: normal_force of both ends")
+        wanted = numpy.linalg.norm(force, axis=1)  # the two parts are at right angles; the file is float32
+        check(numpy.allclose(numpy.hypot(normal, tangential)[::2], wanted, rtol=1e-5, atol=1e-5 * wanted.max(initial=0)),
+              f"{file}: forces differ from the archive")
+        if time in grains:
+            check_ends(file, frame, ids, grains[time])
+    if settled:
+        time = max(set(steps) & set(grains))
+        check_weights(name, steps[time], grains[time], *settled)
+    print(f"{name}.forces.pvd: {len(entries)} frames of contacts, compared with {name}.measures.h5")
+
+
+def check_ends(file, frame, ids, grains):
+    """Ends with the id of a grain lie at its centre; a wall's end no further than the grain's radius."""
+    place = dict(zip(grains["id"][()], grains["position"][()]))
+    radius = dict(zip(grains["id"][()], grains["radius"][()]))
+    ends = frame["points"].reshape(-1, 2, 3)
+    for (first, second), (a, b) in zip(ids, ends):
+        size = len(place[first])
+        check(numpy.allclose(a[:size], place[first], atol=1e-6), f"{file}: an end is not at grain {first}")
+        if second >= 0:
+            check(numpy.allclose(b[:size], place[second], atol=1e-6), f"{file}: an end is not at grain {second}")
+        else:
+            check(numpy.linalg.norm(b - a) <= radius[first] * (1 + 1e-5), f"{file}: a wall beyond grain {first}")
+
+
+def check_weights(name, step, grains, density, gravity):
+    """Contacts carry the weight of each grain to 1 % of the mean weight, and walls the sum to 1e-3."""
+    ids, force = step["contact_ids"][()], step["contact_force"][()]
+    radius, size = grains["radius"][()], force.shape[1]
+    weight = density * gravity * (math.pi * radius**2 if size == 2 else 4 / 3 * math.pi * radius**3)
+    index = {grain: k for k, grain in enumerate(grains["id"][()])}
+    carried, walls = numpy.zeros((len(radius), size)), 0
+    for (first, second), f in zip(ids, force):
+        carried[index[first]] += f
+        if second >= 0:
+            carried[index[second]] -= f
+        else:
+            walls += f[-1]
+    check(abs(walls / weight.sum() - 1) < 1e-3, f"{name}: walls carry {walls} N of {weight.sum()} N")
+    carried[:, -1] -= weight
+    worst = numpy.linalg.norm(carried, axis=1).max() / weight.mean()
+    check(worst < 1e-2, f"{name}: the forces on a grain leave {worst} of a mean weight")
+    print(f"{name}: walls carry {walls / weight.sum():.6f} of the weight, at worst {worst:.2g} of a grain's is left")
+
+
 def expect_sample(folder, read):
     """The values that sample.cpp wrote, from their formulas."""
     for k in range(4):
@@ -211,6 +278,8 @@ def main():
     parser.add_argument("folder", metavar="RUN_DIR")
     parser.add_argument("--reader", choices=("own", "vtk"), help="default: vtk where installed, else own")
     parser.add_argument("--expect", choices=("sample",))
+    parser.add_argument("--settled", nargs=2, type=float, metavar=("DENSITY", "GRAVITY"),
+                        help="kg/m3, m/s2: the forces of contacts carry the weights at the last time")
     options = parser.parse_args()
     try:
         import vtkmodules.vtkIOXML  # noqa: F401
@@ -225,6 +294,8 @@ def main():
     check(collections, f"{options.folder}: no .pvd")
     for name in collections:
         check_collection(options.folder, name, read)
+        if name.endswith(".forces.pvd"):
+            check_contacts(options.folder, name[: -len(".forces.pvd")], read, options.settled)
     if options.expect == "sample":
         expect_sample(options.folder, read)
     for problem in problems[:20]:

@@ -39,3 +39,27 @@ TEST_CASE("measures: packing fraction clips discs at the edges")
           doctest::Approx(std::numbers::pi / 16.0).epsilon(2e-3));
     CHECK(dem::packing_fraction<2>(g, {5.0, 0.0}, {6.0, 1.0}) == 0.0);
 }
+
+TEST_CASE("measures: grains by their number of contacts, with and without walls")
+{
+    dem::Setup<2> s = setup(0.0);
+    add_wall(s, "floor", {0.0, 0.0}, {0.0, 1.0});
+    dem::Grains<2> g;
+    for (int k = 0; k < 5; ++k) g.add({(2 * k + 1) * 0.9999e-3, 0.9999e-3}, 1e-3, density);
+    g.add({0.05, 2e-3}, 1e-3, density);
+    dem::Solver<2> const solver(s, g);
+    auto const with = [&](dem::Partners partners, std::size_t most) {
+        return dem::coordination_of(dem::contacts_of_grains(solver.setup(), solver.state(), partners), most);
+    };
+    auto const all = with(dem::Partners::grains_and_walls, 4);
+    CHECK(all.grains == std::vector{1.0, 0.0, 2.0, 3.0, 0.0});
+    CHECK(all.mean == doctest::Approx(13.0 / 6.0));
+    CHECK(all.bearing == doctest::Approx(13.0 / 5.0));
+    CHECK(all.rattlers == 1);
+    auto const pairs = with(dem::Partners::grains, 4);
+    CHECK(pairs.grains == std::vector{1.0, 2.0, 3.0, 0.0, 0.0});
+    CHECK(pairs.mean == doctest::Approx(8.0 / 6.0));
+    CHECK(pairs.bearing == doctest::Approx(2.0));
+    CHECK(pairs.rattlers == 3);
+    CHECK(with(dem::Partners::grains_and_walls, 2).grains == std::vector{1.0, 0.0, 5.0});  // the last: 2 or more
+}
