@@ -171,6 +171,8 @@ void check_column_walls(Reader& r, Config& config)
         r.problem("column", "needs a floor and walls to stand against; missing: " + missing + ". Add them to walls.");
     if (std::any_of(config.walls.begin(), config.walls.end(), [](WallConfig const& w) { return w.name == "gate"; }))
         r.problem("walls", "has a wall named gate (a column brings its own). Rename or remove it.");
+    if (config.column->pouring_gravity > 0.0 && norm(config.gravity) == 0.0)
+        r.problem("column", "has a pouring_gravity in a scene without gravity (leave it out).");
     bool const weightless = norm(config.gravity) == 0.0 && config.column->preparation != Preparation::poured;
     if (!weightless && !((dimension == 2 ? config.gravity.y : config.gravity.z) < 0.0))
         r.problem("column", std::string("cannot settle: gravity does not point down (needed: gravity ") +
