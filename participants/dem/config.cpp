@@ -114,7 +114,14 @@ ColumnConfig read_column(Reader r, int dimension)
     c.aspect_ratio = r.number("aspect_ratio", {.min = 0.05, .max = 50.0});
     c.seed = static_cast<std::uint64_t>(r.integer_or("seed", 1, {.min = 0, .max = 1e15}));
     c.gate_removed_at = r.number_or("gate_removed_at", 0.0, {.min = 0.0, .unit = "s"});
-    c.packing_friction = r.number_or("packing_friction", 0.1, {.min = 0.0, .max = 6.0});
+    c.preparation = static_cast<Preparation>(r.choice_or("preparation", 0, {"poured", "random", "regular"}));
+    if (c.preparation == Preparation::poured)
+        c.packing_friction = r.number_or("packing_friction", 0.1, {.min = 0.0, .max = 6.0});
+    double const usual = assumed_packing_fraction(dimension);
+    c.packing_fraction = usual;
+    if (c.preparation == Preparation::random)  // denser: crystals (discs), or nothing that growth reaches (spheres)
+        c.packing_fraction = r.number_or("packing_fraction", usual, {.min = 0.2, .max = dimension == 2 ? 0.86 : 0.64});
+    c.pouring_gravity = r.number_or("pouring_gravity", 0.0, {.min = 0.0, .max = 1e5, .unit = "m/s2"});
     r.finish();
     return c;
 }
@@ -130,20 +137,6 @@ GrainConfig read_grain(Reader r, int dimension)
                             : vector_from(r.numbers_or("spin", zeros(3), spins));
     r.finish();
     return g;
-}
-
-void read_diameter(Reader r, Config& config)
-{
-    config.diameter_min = r.number("min", {.above = 1e-9, .max = 1e3, .unit = "m"});
-    config.diameter_max = r.number("max", {.above = 1e-9, .max = 1e3, .unit = "m"});
-    if (config.diameter_max < config.diameter_min)
-        r.problem("max",
-                  format("%g m is below min = %g m (must be at least min).", config.diameter_max, config.diameter_min));
-    if (config.diameter_max > 50.0 * config.diameter_min)
-        r.problem("max", format("%g m is more than 50 times min = %g m (a step for the smallest would take the largest "
-                                "nowhere).",
-                                config.diameter_max, config.diameter_min));
-    r.finish();
 }
 
 //! The walls that a column stands against; the floor is the last.
@@ -188,7 +181,10 @@ void check_column_walls(Reader& r, Config& config)
     if (std::any_of(config.walls.begin(), config.walls.end(), [](WallConfig const& w) { return w.name == "gate"; }))
         r.problem("walls", "has a wall named gate (a column brings its own). Rename or remove it.");
     Vec3 const gravity = settling_gravity(config);
-    if (!((dimension == 2 ? gravity.y : gravity.z) < 0.0))
+    if (config.column->pouring_gravity > 0.0 && norm(gravity) == 0.0)
+        r.problem("column", "has a pouring_gravity in a scene without gravity (leave it out).");
+    bool const weightless = norm(gravity) == 0.0 && config.column->preparation != Preparation::poured;
+    if (!weightless && !((dimension == 2 ? gravity.y : gravity.z) < 0.0))
         r.problem("column", std::string("cannot settle: gravity does not point down (needed: gravity ") +
                                 (dimension == 2 ? "y" : "z") + " < 0).");
     WallConfig gate;
@@ -260,6 +256,16 @@ void read_step(Reader& r, Config& config)
     config.step = step;
 }
 
+//! A lattice of the largest diameter is as full as its grains make it, and fits between wall and gate.
+void complete_column(Reader& r, Config& config)
+{
+    ColumnConfig& c = *config.column;
+    if (!r.diagnostics()->problems.empty() || c.preparation != Preparation::regular) return;
+    double const pi = std::numbers::pi, d = config.diameter_max;
+    c.packing_fraction = config.dimension == 2 ? pi / (2.0 * std::sqrt(3.0)) * config.sizes.moment(2) / (d * d)
+                                               : pi / (3.0 * std::sqrt(2.0)) * config.sizes.moment(3) / (d * d * d);
+}
+
 void read_matter(Reader& r, Config& config)
 {
     for (Reader const& wall : r.list("walls"))
@@ -267,6 +273,7 @@ void read_matter(Reader& r, Config& config)
     if (auto column = r.child_if("column")) {
         config.column = read_column(*column, config.dimension);
         read_diameter(r.child("diameter"), config);
+        complete_column(r, config);
     }
     for (Reader const& grain : r.list("grains")) config.grains.push_back(read_grain(grain, config.dimension));
     bool const file = r.has("packing");
@@ -286,24 +293,14 @@ void read_matter(Reader& r, Config& config)
     }
 }
 
-}  // namespace
-
-Vec3 settling_gravity(Config const& config)
+//! What a column's width would be if any were possible [m].
+double any_width(Config const& config)
 {
-    return config.gravity_ramp > 0.0 && norm(config.first_gravity) > 0.0 ? config.first_gravity : config.gravity;
-}
-
-double column_width(Config const& config)
-{
-    double const a = config.diameter_min, b = config.diameter_max, pi = std::numbers::pi;
+    double const pi = std::numbers::pi;
     ColumnConfig const& c = *config.column;
-    double const matter = static_cast<double>(c.count) / assumed_packing_fraction(config.dimension);
-    if (config.dimension == 2) {
-        double const mean_square = (a * a + a * b + b * b) / 3.0;  // of a uniform distribution
-        return std::sqrt(matter * pi / 4.0 * mean_square / c.aspect_ratio);
-    }
-    double const mean_cube = (a + b) * (a * a + b * b) / 4.0;
-    double const volume = matter * pi / 6.0 * mean_cube;
+    double const matter = static_cast<double>(c.count) / c.packing_fraction;
+    if (config.dimension == 2) return std::sqrt(matter * pi / 4.0 * config.sizes.moment(2) / c.aspect_ratio);
+    double const volume = matter * pi / 6.0 * config.sizes.moment(3);
     switch (c.container) {
         case Container::box:
             return std::sqrt(volume / (c.aspect_ratio * c.depth));
@@ -313,6 +310,20 @@ double column_width(Config const& config)
             break;
     }
     return std::cbrt(volume / (c.aspect_ratio * pi));
+}
+
+}  // namespace
+
+Vec3 settling_gravity(Config const& config)
+{
+    return config.gravity_ramp > 0.0 && norm(config.first_gravity) > 0.0 ? config.first_gravity : config.gravity;
+}
+
+double column_width(Config const& config)
+{
+    double const width = any_width(config), d = config.diameter_max;
+    bool const rows = config.column->preparation == Preparation::regular && config.column->container == Container::box;
+    return rows ? (std::max(1.0, std::round(width / d - 0.5)) + 0.5) * d : width;  // each row touches one side
 }
 
 Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::Rotation> const& rotation)

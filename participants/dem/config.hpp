@@ -9,6 +9,7 @@
 #include "coupler/scene/scene.hpp"
 #include "participants/dem/laws.hpp"
 #include "participants/dem/measure_config.hpp"
+#include "participants/dem/sizes.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
 
@@ -53,16 +54,27 @@ enum class Container : unsigned char
     cylinder  //!< about the vertical axis
 };
 
+//! How a column's grains come together before they settle.
+enum class Preparation : unsigned char
+{
+    poured,
+    random,  //!< grown among each other without weight until the column is full
+    regular  //!< a lattice of the largest diameter: rows of triangles, layers as close as they can be
+};
+
 //! A settled column on the floor through the origin.
 struct ColumnConfig
 {
     Container container = Container::box;
     std::int64_t count = 0;
-    double aspect_ratio = 0.0;  //!< height / width, at the assumed packing fraction [-]
+    double aspect_ratio = 0.0;  //!< height / width, at the packing fraction [-]
     double depth = 0.0;         //!< of a box in space [m]
     std::uint64_t seed = 1;
     double gate_removed_at = 0.0;   //!< [s]
     double packing_friction = 0.0;  //!< mu while the column is poured [-]; lower: denser
+    Preparation preparation = Preparation::poured;
+    double packing_fraction = 0.0;  //!< that width and height are reckoned with, and `random` is grown to [-]
+    double pouring_gravity = 0.0;   //!< under which grains settle first [m/s2]; 0: the scene's own, at once
 };
 
 struct GrainConfig
@@ -84,7 +96,8 @@ struct Config
     std::optional<sluice::Rotation> rotation;       //!< of the frame of reference; absent: inertial
     double density = 0.0;                           //!< [kg/m3]
     double fluid_density = 0.0;                     //!< of the buoyancy [kg/m3]; 0: dry
-    double diameter_min = 0.0, diameter_max = 0.0;  //!< of a column, uniform by number [m]
+    double diameter_min = 0.0, diameter_max = 0.0;  //!< of a column [m]
+    Sizes sizes;                                    //!< of a column
     ContactConfig contact;
     Scheme scheme = Scheme::predicted;
     int threads = 1;

@@ -10,6 +10,9 @@ void read_packing(sluice::Reader reader, Config& config);
 //! `density`; a file may bring those of its grains instead.
 void read_density(sluice::Reader& reader, Config& config);
 
+//! `diameter`: the sizes of a column's grains.
+void read_diameter(sluice::Reader reader, Config& config);
+
 //! Looks at grains whose places are given: none behind a wall or too large for where it is (mistakes), overlaps
 //! (warnings).
 void check_start(sluice::Reader& reader, Config& config);

@@ -8,12 +8,13 @@
 #include <utility>
 
 #include "participants/dem/packing_file.hpp"
-#include "participants/dem/random.hpp"
+#include "participants/dem/packing_start.hpp"
 #include "participants/dem/setup.hpp"
 #include "participants/dem/solver.hpp"
 
 //! Three stages, each a few numbers:
-//!   pour   grains fall from a loose jittered grid; friction of the packing, strong dashpots, a background drag whose
+//!   pour   grains fall from a loose state (poured columns only); friction of the packing, strong dashpots, a
+//!   background drag whose
 //!          terminal speed is a fraction of the free fall's
 //!   relax  the scene's friction; the drag near-critical for the slowest sound wave of the column
 //!   hold   the scene's own laws, no drag: what is accepted stays at rest by itself
@@ -31,52 +32,6 @@ void say(Progress const& progress, char const* stage, double time, double ratio)
     progress(text);
 }
 
-//! Whether a grain of this radius lies within a column's container.
-template <int D>
-bool fits(Setup<D> const& setup, Vec<D> centre, double radius)
-{
-    for (Wall<D> const& wall : setup.walls) {
-        auto const at = std::visit([&](auto const& shape) { return shape.facing(centre); }, wall.shape);
-        if (at.distance < radius) return false;
-    }
-    return true;
-}
-
-//! Grains on a grid of cells of one largest diameter, each at a random place in its cell; lowest rows first. Cells that
-//! are not wholly within the container stay empty.
-template <int D>
-Grains<D> loose_grains(Config const& config, Setup<D> const& setup)
-{
-    ColumnConfig const& column = *config.column;
-    Random random(column.seed);
-    double const width = column_width(config), pitch = 1.02 * config.diameter_max;
-    double const left = column.container == Container::cylinder ? -width : 0.0;
-    double const depth = D == 2 ? 0.0 : column.container == Container::box ? column.depth : width - left;
-    auto const cells = [&](double length) {
-        return std::max<std::int64_t>(1, static_cast<std::int64_t>(length / pitch));
-    };
-    std::int64_t const columns = cells(width - left), rows = D == 2 ? 1 : cells(depth);
-    double const cell_x = (width - left) / static_cast<double>(columns), cell_y = depth / static_cast<double>(rows);
-    double const front = column.container == Container::box ? 0.0 : left;
-    Grains<D> grains;
-    for (std::int64_t k = 0; static_cast<std::int64_t>(grains.size()) < column.count; ++k) {
-        double const x0 = left + static_cast<double>(k % columns) * cell_x;
-        double const y0 = front + static_cast<double>(k / columns % rows) * cell_y;
-        double const up0 = static_cast<double>(k / columns / rows) * pitch;
-        double const radius = 0.5 * random.uniform(config.diameter_min, config.diameter_max);
-        double const x = x0 + random.uniform(radius, cell_x - radius);
-        Vec<D> centre;
-        if constexpr (D == 2) {
-            centre = {x, up0 + random.uniform(radius, pitch - radius)};
-        } else {
-            double const y = y0 + random.uniform(radius, cell_y - radius);
-            centre = {x, y, up0 + random.uniform(radius, pitch - radius)};
-        }
-        if (fits(setup, centre, radius)) grains.add(centre, radius, config.density);
-    }
-    return grains;
-}
-
 //! Kinetic energy over sum m g d_mean [-].
 template <int D>
 double kinetic_ratio(Solver<D> const& solver, Config const& config)
@@ -84,17 +39,7 @@ double kinetic_ratio(Solver<D> const& solver, Config const& config)
     Grains<D> const& g = solver.grains();
     double mass = 0.0;
     for (double const m : g.mass) mass += m;
-    return kinetic_energy(g) / (mass * norm(config.gravity) * 0.5 * (config.diameter_min + config.diameter_max));
-}
-
-//! `rate` [1/s]: external force -rate m v on every grain.
-template <int D>
-void step_with_drag(Solver<D>& solver, double dt, double rate)
-{
-    Grains<D>& g = solver.grains();
-    for (std::size_t i = 0; i < g.size(); ++i)
-        g.external[i] = {(-rate * g.mass[i]) * g.motion[i].velocity, (-rate * g.inertia[i]) * g.motion[i].spin};
-    solver.step(dt);
+    return kinetic_energy(g) / (mass * norm(config.gravity) * config.sizes.moment(1));
 }
 
 //! Steps until the kinetic ratio has been below `enough` at `checks` checks in a row; at most until `limit` [s] more.
@@ -115,6 +60,48 @@ double run_until(Solver<D>& solver, Config const& config, Progress const& progre
     return ratio;
 }
 
+//! The loose state that a column is poured from. A grid of the largest cells would be far too high for wide laws, and
+//! where it meets a round wall it prefers small grains; uniform ones keep it, and with it the packings that there are.
+template <int D>
+Grains<D> to_be_poured(Config const& config, Setup<D> const& setup)
+{
+    return config.sizes.is_uniform_number() ? loose_grid(config, setup) : scattered(config, setup, D == 2 ? 0.4 : 0.25);
+}
+
+template <int D>
+Grains<D> start_of(Config const& config, Setup<D> const& setup, Progress const& progress)
+{
+    switch (config.column->preparation) {
+        case Preparation::random:
+            return grown(config, setup, progress);
+        case Preparation::regular:
+            return lattice(config, setup);
+        case Preparation::poured:
+            break;
+    }
+    return to_be_poured(config, setup);
+}
+
+//! What the stages take from the scene.
+struct Times
+{
+    double step;  //!< t_c of the smallest grains [s]
+    double fall;  //!< through the column under the first stage's gravity [s]
+    double wave;  //!< of sound through the column [s]; t_c = pi sqrt(m*/k) is a measure of stiffness
+};
+
+template <int D>
+Times times_of(Config const& dry, double gravity)
+{
+    double const pi = std::numbers::pi, width = column_width(dry);
+    auto const mass = [&](double d) { return dry.density * (D == 2 ? pi / 4.0 * d * d : pi / 6.0 * d * d * d); };
+    double const height = width * dry.column->aspect_ratio, fall = std::sqrt(height / gravity);  // [s]
+    double const step = contact_time_of(dry.contact, D, mass(dry.diameter_min), 0.5 * dry.diameter_min);
+    double const wave =
+        height / dry.diameter_min * std::sqrt(2.0 * mass(dry.diameter_max) / mass(dry.diameter_min)) * step / pi;
+    return {step, fall, wave};
+}
+
 }  // namespace
 
 template <int D>
@@ -131,33 +118,41 @@ Packing<D> pour_packing(Config const& config, Progress const& progress)
         wall.motion = {};
     }
     ContactConfig const& c = dry.contact;
+    ColumnConfig const& column = *dry.column;
     Setup<D> setup = make_setup<D>(dry);
     setup.features.friction = true;
-    auto const soft_with = [&](double friction) {
+    double const own = norm(dry.gravity);  // [m/s2]
+    if (own == 0.0) return {start_of(dry, setup, progress).place, {}, 0.0};
+    double const share = column.pouring_gravity > 0.0 ? column.pouring_gravity / own : 1.0;  // of it, at first
+    auto const soft_with = [&](double friction, double part) {
         ContactConfig soft = c;
         soft.damping_ratio = std::max(c.damping_ratio, pouring_damping);
         soft.tangential_damping = pouring_damping;
         soft.friction = friction;
         soft.may_pull = false;
         Setup<D> all = setup;
+        all.gravity = part * setup.gravity;
         all.law = contact_law(soft);
         for (Wall<D>& wall : all.walls) wall.law = all.law;
         return all;
     };
-    double const pi = std::numbers::pi, gravity = norm(dry.gravity), width = column_width(dry);
-    auto const mass = [&](double d) { return dry.density * (D == 2 ? pi / 4.0 * d * d : pi / 6.0 * d * d * d); };
-    double const height = width * dry.column->aspect_ratio, fall = std::sqrt(height / gravity);  // [s]
-    double const step = contact_time_of(c, D, mass(dry.diameter_min), 0.5 * dry.diameter_min);
-    // a sound wave through the column [s]; t_c = pi sqrt(m*/k) of the smallest grains is a measure of stiffness
-    double const wave =
-        height / dry.diameter_min * std::sqrt(2.0 * mass(dry.diameter_max) / mass(dry.diameter_min)) * step / pi;
+    Config at_first = dry;
+    at_first.gravity = share * dry.gravity;
+    auto const [step, fall, wave] = times_of<D>(dry, share * own);
 
-    Solver<D> solver(setup, loose_grains<D>(dry, setup));
-    solver.set_laws(soft_with(dry.column->packing_friction));
-    run_until(solver, dry, progress, "pouring", step / 20.0, 2.0 / fall, 1e-4, 3, 20.0 * fall);
+    Solver<D> solver(setup, start_of(dry, setup, progress));
+    if (column.preparation == Preparation::poured) {
+        solver.set_laws(soft_with(column.packing_friction, share));
+        run_until(solver, at_first, progress, "pouring", step / 20.0, 2.0 / fall, 1e-4, 3, 20.0 * fall);
+    }
+    if (column.pouring_gravity > 0.0) {
+        solver.set_laws(soft_with(c.friction, share));
+        run_until(solver, at_first, progress, "resting under its first weight", step / 20.0, 1.0 / wave,
+                  0.01 * settled_kinetic_ratio, 2, 200.0 * wave);
+    }
     double ratio = 1.0;
     for (int round = 0; round < longest_hold && ratio > settled_kinetic_ratio; ++round) {
-        solver.set_laws(soft_with(c.friction));
+        solver.set_laws(soft_with(c.friction, 1.0));
         run_until(solver, dry, progress, "relaxing", step / 20.0, 1.0 / wave, 0.01 * settled_kinetic_ratio, 2,
                   200.0 * wave);
         solver.set_laws(setup);

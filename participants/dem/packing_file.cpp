@@ -93,6 +93,17 @@ void add(ByteWriter& key, ContactConfig const& c)
     key(static_cast<std::uint8_t>(c.may_pull));
 }
 
+//! What differs from a column poured with the usual sizes: names of packings that are kept stay theirs.
+void add_preparation(ByteWriter& key, Config const& config)
+{
+    ColumnConfig const& c = *config.column;
+    if (!config.sizes.is_uniform_number()) key(config.sizes.numbers());
+    if (c.preparation == Preparation::poured && c.pouring_gravity == 0.0) return;
+    key(static_cast<std::uint8_t>(c.preparation));
+    key(c.packing_fraction);
+    key(c.pouring_gravity);
+}
+
 }  // namespace
 
 std::string packing_file_name(Config const& config)
@@ -110,6 +121,7 @@ std::string packing_file_name(Config const& config)
         key(config.column->depth);
         key(config.column->seed);
         key(config.column->packing_friction);
+        add_preparation(key, config);
     }
     for (WallConfig const& w : config.walls) {
         for (double const x : {w.point.x, w.point.y, w.point.z, w.normal.x, w.normal.y, w.normal.z, w.radius}) key(x);

@@ -258,3 +258,53 @@ TEST_CASE("measures: a scene that asks for the front alone gets no more, and no 
     CHECK(std::filesystem::exists(out / "grains.measures.h5"));
     CHECK_FALSE(std::filesystem::exists(out / "grains.forces.pvd"));
 }
+
+namespace {
+
+//! 144 discs that fall, in a CSV whose lines are in an order that `stride` decides (prime to 144).
+void write_grains(std::filesystem::path const& file, int stride, double shift = 0.0)
+{
+    std::ofstream out(file);
+    out.precision(17);
+    out << "id,x,y,radius\n";
+    for (int n = 0; n < 144; ++n) {
+        int const k = n * stride % 144;
+        out << 1000 + 3 * k << ',' << (k % 12 + 0.5 + 0.02 * (k % 5)) * 1.9e-3 + shift << ',' << (k / 12 + 0.5) * 1.9e-3
+            << ',' << 0.6e-3 + 1e-5 * (k % 7) << '\n';
+    }
+}
+
+}  // namespace
+
+TEST_CASE("grains from a file: the order of its lines changes no bit, and a run goes on with the same grains only")
+{
+    in_threads::Scratch scratch;
+    auto const scene = scratch.path() / "scene.yaml", file = scratch.path() / "packing.csv";
+    std::ofstream(scene) << "sluice: 1\ntitle: grains from a file\ndimension: 2\ngravity: [0, -9.81]\n"
+                            "time: {end: 0.02, window: auto}\nparticipants:\n  grains:\n    solver: dem\n"
+                            "    config:\n      density: 2650\n"
+                            "      contact: {normal_stiffness: 1.0e+6, damping_ratio: 0.2, friction: 0.5}\n"
+                            "      packing: {file: packing.csv}\n      walls:\n"
+                            "        - {name: floor, point: [0, 0], normal: [0, 1]}\n"
+                            "        - {name: back, point: [0, 0], normal: [1, 0]}\n"
+                            "output: {interval: 0.005, series: 0.001}\ncheckpoint: {windows: 50}\n";
+    auto const out = [&](char const* name) { return scratch.path() / name; };
+    write_grains(file, 1);
+    REQUIRE(run(scene, out("sorted"), {}).exit == 0);
+    write_grains(file, 59);
+    REQUIRE(run(scene, out("scrambled"), {}).exit == 0);
+    CHECK(same_bytes(out("sorted") / "grains.csv", out("scrambled") / "grains.csv"));
+    for (auto const& entry : std::filesystem::directory_iterator(out("sorted") / "grains"))
+        CHECK(same_bytes(entry.path(), out("scrambled") / "grains" / entry.path().filename()));
+
+    auto const resume = [&] {
+        std::vector<std::string> const words{sluice_command, "resume", out("sorted"), "--no-report", "--quiet"};
+        return shell::run(words, out("resumed.log"), 250);
+    };
+    CHECK(resume().exit == 0);  // now in the other order
+    write_grains(file, 59, 1e-5);
+    auto const refused = resume();
+    CHECK(refused.exit == 7);
+    CHECK(refused.output.find("packing.csv holds other grains than when the run began") != std::string::npos);
+    CHECK(same_bytes(out("sorted") / "grains.csv", out("scrambled") / "grains.csv"));
+}

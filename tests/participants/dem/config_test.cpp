@@ -107,6 +107,18 @@ TEST_CASE("config: each mistake gives one clear message")
     check_refused(std::string(scene) + "grains:\n  - {position: [0, 1], radius: 0.001}\n", "beside column");
     CHECK_THROWS_WITH_AS(dem::read_config(sluice::read_yaml(scene, "grains.yaml"), 2, {9.81, 0.0, 0.0}),
                          doctest::Contains("gravity does not point down"), sluice::Error);
+    check_refused(changed("seed: 3", "preparation: radnom"), "Did you mean random?");
+    check_refused(changed("seed: 3", "preparation: random, packing_fraction: 0.9"), "packing_fraction = 0.9");
+    check_refused(changed("seed: 3", "preparation: random, packing_friction: 0.1"), "packing_friction is not a key");
+    check_refused(changed("seed: 3", "packing_fraction: 0.8"), "packing_fraction is not a key");
+    auto const weightless = [](std::string const& column) {
+        return dem::read_config(sluice::read_yaml(changed("seed: 3", column), "grains.yaml"), 2, {});
+    };
+    CHECK_NOTHROW(weightless("preparation: regular"));
+    CHECK_THROWS_WITH_AS(weightless("preparation: poured"), doctest::Contains("gravity does not point down"),
+                         sluice::Error);
+    CHECK_THROWS_WITH_AS(weightless("preparation: random, pouring_gravity: 9.81"),
+                         doctest::Contains("pouring_gravity in a scene without gravity"), sluice::Error);
 }
 
 namespace {
