@@ -124,6 +124,8 @@ GrainConfig read_grain(Reader r, int dimension)
     return g;
 }
 
+}  // namespace
+
 void read_diameter(Reader r, Config& config)
 {
     config.diameter_min = r.number("min", {.above = 1e-9, .max = 1e3, .unit = "m"});
@@ -137,6 +139,8 @@ void read_diameter(Reader r, Config& config)
                                 config.diameter_max, config.diameter_min));
     r.finish();
 }
+
+namespace {
 
 //! The walls that a column stands against; the floor is the last.
 std::vector<std::pair<Vec3, Vec3>> walls_of(ColumnConfig const& column, int dimension)  // point, normal
@@ -202,17 +206,10 @@ double mass_of(Config const& config, double radius)
     return config.density * (config.dimension == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius);
 }
 
-double smallest_radius(Config const& config)
-{
-    double radius = config.column ? 0.5 * config.diameter_min : std::numeric_limits<double>::infinity();
-    for (GrainConfig const& g : config.grains) radius = std::min(radius, g.radius);
-    return radius;
-}
-
 //! `step: auto` is t_c/50; above t_c/5 refused (Verlet with several contacts a grain), above t_c/15 warned (D06).
 void read_step(Reader& r, Config& config)
 {
-    double const radius = smallest_radius(config);
+    double const radius = 0.5 * diameters(config).first;
     config.contact_time = contact_time_of(config.contact, config.dimension, mass_of(config, radius), radius);
     for (WallConfig const& w : config.walls)  // a wall is heavier than any grain: twice the mass of a pair
         config.contact_time = std::min(
@@ -278,9 +275,12 @@ void read_matter(Reader& r, Config& config)
         read_diameter(r.child("diameter"), config);
     }
     for (Reader const& grain : r.list("grains")) config.grains.push_back(read_grain(grain, config.dimension));
-    if (config.column.has_value() == !config.grains.empty())
-        r.problem(config.column ? "grains" : "column",
-                  config.column ? "stands beside column (give one of them)." : "is missing (give column or grains).");
+    read_fill(r, config);
+    bool const listed = !config.grains.empty();
+    if (config.column ? listed || config.fill : listed == config.fill.has_value())
+        r.problem(listed ? "grains" : "column", listed          ? "stands beside column or fill (give one of them)."
+                                                : config.column ? "stands beside fill (give one of them)."
+                                                                : "is missing (give column, fill or grains).");
     if (config.column && r.diagnostics()->problems.empty()) {
         if (column_width(config) < 4.0 * config.diameter_max)
             r.problem("column", format("is %g m wide, less than 4 largest grains (%g m). Try more grains or a smaller "
@@ -291,6 +291,18 @@ void read_matter(Reader& r, Config& config)
 }
 
 }  // namespace
+
+std::pair<double, double> diameters(Config const& config)
+{
+    bool const drawn = config.column || config.fill;
+    double smallest = drawn ? config.diameter_min : std::numeric_limits<double>::infinity();
+    double largest = drawn ? config.diameter_max : 0.0;
+    for (GrainConfig const& g : config.grains) {
+        smallest = std::min(smallest, 2.0 * g.radius);
+        largest = std::max(largest, 2.0 * g.radius);
+    }
+    return {smallest, largest};
+}
 
 double column_width(Config const& config)
 {
@@ -329,8 +341,11 @@ Config read_config(Reader r, int dimension, Vec3 gravity)
     }
     if (config.scheme == Scheme::liggghts && config.contact.rolling == Rolling::elastic_plastic)
         r.problem("scheme", "liggghts has no elastic_plastic rolling (give contact.rolling: constant).");
+    read_periodic(r, config);
     read_matter(r, config);
     read_step(r, config);
+    check_periodic(r, config);
+    read_averages(r, config);
     if (r.diagnostics()->problems.empty()) dimension == 2 ? warn_of_overlaps<2>(config) : warn_of_overlaps<3>(config);
     r.finish();
     return config;

@@ -4,10 +4,12 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coupler/scene/reader.hpp"
 #include "participants/dem/laws.hpp"
+#include "participants/dem/periodic_cell.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
 
@@ -72,6 +74,21 @@ struct GrainConfig
     Vec3 spin;      //!< [rad/s]; in the plane z
 };
 
+//! Grains that fill a periodic cell loosely, each at a random place of its own.
+struct FillConfig
+{
+    std::int64_t count = 0;
+    std::uint64_t seed = 1;
+};
+
+//! Where stress, fabric and packing fraction are averaged: the whole periodic cell, or a box.
+struct AverageConfig
+{
+    std::string name;
+    bool whole = true;
+    Vec3 low, high;  //!< of the box [m]
+};
+
 struct Config
 {
     int dimension = 2;
@@ -86,6 +103,9 @@ struct Config
     std::vector<WallConfig> walls;
     std::optional<ColumnConfig> column;
     std::vector<GrainConfig> grains;
+    std::optional<FillConfig> fill;
+    Periodic<3> periodic;
+    std::vector<AverageConfig> averages;
     double step = 0.0;                  //!< longest step [s]
     double contact_time = 0.0;          //!< t_c of the lightest pair [s]
     std::vector<std::string> warnings;  //!< for the user, one sentence each
@@ -104,6 +124,23 @@ double column_width(Config const& config);
 //! Reads and checks a grains block for a scene of this dimension. Mistakes go to the reader; `reader.finish()` is
 //! called.
 Config read_config(sluice::Reader reader, int dimension, Vec3 gravity);
+
+//! Smallest and largest diameter of the grains [m].
+std::pair<double, double> diameters(Config const& config);
+//! Reach of the neighbour list beyond contact [m]. Measured: speed is flat from 0.1 to 0.3 of the smallest diameter.
+constexpr double list_reach(double smallest_diameter)
+{
+    return 0.2 * smallest_diameter;
+}
+
+//! The periodic sides and their shear; what has to do with the grains is looked at once they and the step are known.
+void read_periodic(sluice::Reader& reader, Config& config);
+void read_fill(sluice::Reader& reader, Config& config);
+void read_diameter(sluice::Reader reader, Config& config);
+void check_periodic(sluice::Reader& reader, Config& config);
+void read_averages(sluice::Reader& reader, Config& config);
+//! Edge of the cells of a grid, one for each grain that fills the cell [m]; at least the largest diameter fits.
+double fill_pitch(Config const& config);
 
 //! The contact block; walls start from `fallback`, that of the grains.
 ContactConfig read_contact(sluice::Reader reader, std::optional<ContactConfig> const& fallback = std::nullopt);

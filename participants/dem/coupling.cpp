@@ -15,7 +15,9 @@
 #include "coupler/record/table.hpp"
 #include "participants/dem/checkpoint.hpp"
 #include "participants/dem/measures.hpp"
+#include "participants/dem/series_averages.hpp"
 #include "participants/dem/setup.hpp"
+#include "participants/dem/steady_shear.hpp"
 
 namespace dem {
 namespace {
@@ -67,11 +69,12 @@ template <int D>
 class Recorder
 {
  public:
-    explicit Recorder(sluice::Participant& self, std::optional<double> resumed_at = std::nullopt)
-        : series_(self.directory(), self.name(), sluice::Precision::float32, resumed_at),
+    Recorder(sluice::Participant& self, Config const& config, std::optional<double> resumed_at = std::nullopt)
+        : config_(config),
+          series_(self.directory(), self.name(), sluice::Precision::float32, resumed_at),
           archive_(self.directory() / (self.name() + ".h5"),
                    std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(self.scene().hash)}}, resumed_at),
-          table_(self.directory() / (self.name() + ".csv"), headers(), resumed_at)
+          table_(self.directory() / (self.name() + ".csv"), headers(config), resumed_at)
     {
         if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
     }
@@ -125,13 +128,14 @@ class Recorder
                                    m.largest_overlap};
         append(values, m.centre_of_mass);
         append(values, impulse);
+        append_averages(config_, solver, values);
         table_.append(values);
     }
 
     void close() { archive_.close(); }
 
  private:
-    static std::vector<std::string> headers()
+    static std::vector<std::string> headers(Config const& config)
     {
         std::string const joule = D == 2 ? " [J/m]" : " [J]", impulse = D == 2 ? " [N s/m]" : " [N s]";
         std::vector<std::string> names{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
@@ -143,9 +147,11 @@ class Recorder
         for (int k = 0; k < D; ++k) names.push_back(std::string("centre_") + "xyz"[k] + " [m]");
         for (int k = 0; k < D; ++k)  // that the fluid gave in the last window
             names.push_back(std::string("window_impulse_") + "xyz"[k] + impulse);
+        for (auto const& name : average_names<D>(config)) names.push_back(name);
         return names;
     }
 
+    Config const& config_;
     sluice::PointSeries series_;
     sluice::Archive archive_;
     sluice::Table table_;
@@ -274,7 +280,10 @@ void state_facts(sluice::Participant& self, Config const& config, std::size_t gr
 
 std::size_t count_grains(Config const& config)
 {
-    return (config.column ? static_cast<std::size_t>(config.column->count) : 0) + config.grains.size();
+    return static_cast<std::size_t>(config.column ? config.column->count
+                                    : config.fill ? config.fill->count
+                                                  : 0) +
+           config.grains.size();
 }
 
 //! At t = 0; in a resumed run without grains: the checkpoint brings them, nothing is poured.
@@ -307,14 +316,18 @@ void run(sluice::Participant& self, Config const& config)
     bool const series = self.scene().series_interval > 0, ledger = series && config.scheme != Scheme::liggghts;
     Solver<D> solver = prepare_solver<D>(self, config, ledger ? Ledger::on : Ledger::off);
     Start start;
+    SteadyShear steady;
+    bool const sheared = config.periodic.is_sheared();
     self.keeps(
         [&](sluice::State& state) {
             keep(solver.state(), state);
             start.keep(state);
+            if (sheared) steady.keep(state);
         },
         [&](sluice::State const& state) {
             solver.restore(kept_state<D>(state, solver.setup(), count_grains(config)));
             start = Start::kept(state);
+            if (sheared) steady = SteadyShear::kept(state);
         });
     if (!ledger)
         self.skipped("energy ledger",
@@ -331,27 +344,30 @@ void run(sluice::Participant& self, Config const& config)
     if (!self.resumes()) {
         start = start_of(config, solver);
         tell();
-        recorder.emplace(self);
+        recorder.emplace(self, config);
         recorder->picture(0.0, columns);
         recorder->row(0.0, solver, {});
     }
     sluice::Windows windows = self.windows();
-    if (self.resumes()) recorder.emplace(self, self.resumed_at());
+    if (self.resumes()) recorder.emplace(self, config, self.resumed_at());
     state_facts(self, config, solver.grains().size(), start);
     Finder const find(solver.grains().id);
     for (sluice::Window const& window : windows) {
-        if (self.went_back()) recorder.emplace(self, self.resumed_at());
+        if (self.went_back()) recorder.emplace(self, config, self.resumed_at());
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
         Vec<D> const impulse = advance(solver, config.step, window, find, loads);
         tell();
         if (iterates(self) && !self.accepted(window)) continue;
+        if (sheared) steady.sample(solver);
         if (window.output) recorder->picture(window.end, columns);
         if (window.series) recorder->row(window.end, solver, impulse);
     }
     auto const m = measure(solver);
     self.fact("final run-out [m]", m.front);
     self.fact("final height [m]", m.height);
+    if (sheared)
+        for (auto const& [name, value] : steady.facts()) self.fact(name, value);
     recorder->close();
 }
 
@@ -366,6 +382,11 @@ void take_part(sluice::Participant& self)
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);
     config.loads = !self.senders("load").empty();
+    sluice::require(!config.loads || !config.periodic.is_sheared(), [] {
+        return sluice::Error(
+            "a sheared cell of grains takes no load of a partner (the fluid would have to be sheared "
+            "with it). Remove the coupling or config.shear.");
+    });
     dimension == 2 ? run<2>(self, config) : run<3>(self, config);
 }
 

@@ -25,7 +25,7 @@ sluice::State changed(sluice::State const& good, char const* name, Change change
     std::vector<std::int64_t> values(old.begin(), old.end());
     change(values);
     sluice::State without = state.take("pairs");
-    for (auto const array : {"first", "other"})
+    for (auto const array : {"first", "other", "image"})
         if (std::string("pairs/") + array != name) state.put(std::string("pairs/") + array, without.integers(array));
     for (auto const array : {"friction", "rolling", "lossy", "sqrt_mass"})
         state.put(std::string("pairs/") + array, without.numbers(array));
