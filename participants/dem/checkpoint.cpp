@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -240,6 +241,17 @@ bool is_consistent(State<D> const& s, std::size_t grains, Features const& featur
            std::ranges::all_of(s.walls, [&](WallContacts<D> const& w) { return contacts(w.history, w.grain); });
 }
 
+//! Whether the cell has a length along its periodic axes.
+template <int D>
+bool has_room(Periodic<D> const& periodic, Cell<D> const& cell)
+{
+    bool yes = std::isfinite(cell.offset);
+    for (int k = 0; k < D; ++k)
+        yes = yes && (!periodic.axis[static_cast<std::size_t>(k)] ||
+                      (std::isfinite(component(cell.extent, k)) && component(cell.extent, k) > 0.0));
+    return yes;
+}
+
 }  // namespace
 
 template <int D>
@@ -258,7 +270,8 @@ State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_
     Taker taker{kept};
     bool const walls = kept.integer("walls") == static_cast<std::int64_t>(setup.walls.size());
     if (walls) visit(taker, state);
-    sluice::require(walls && taker.ok && is_consistent(state, grains, setup.features), [&] {
+    bool const fits = walls && taker.ok && has_room(setup.periodic, state.cell);
+    sluice::require(fits && is_consistent(state, grains, setup.features), [&] {
         return sluice::Error("dem: the checkpoint is not a state of " + std::to_string(grains) + " grains and " +
                                  std::to_string(setup.walls.size()) +
                                  " walls (must come from the same scene). Resume from an older one.",

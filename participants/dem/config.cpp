@@ -219,7 +219,7 @@ double contact_time_of(Config const& config, double radius, double mass)
 
 double shortest_contact_time(Config const& config)
 {
-    double radius = config.column ? 0.5 * config.diameter_min : std::numeric_limits<double>::infinity();
+    double radius = config.column || config.fill ? 0.5 * config.diameter_min : std::numeric_limits<double>::infinity();
     double mass = mass_of(config, radius, config.density);
     for (GrainConfig const& g : config.grains) {
         radius = std::min(radius, g.radius);
@@ -277,11 +277,18 @@ void read_matter(Reader& r, Config& config)
     }
     for (Reader const& grain : r.list("grains")) config.grains.push_back(read_grain(grain, config.dimension));
     bool const file = r.has("packing");
-    if (config.column.has_value() + !config.grains.empty() + file > 1)
-        r.problem(config.grains.empty() ? "packing" : "grains",
-                  std::string("stands beside ") + (config.column ? "column" : "packing") + " (give one of them).");
-    else if (!config.column && config.grains.empty() && !file)
-        r.problem("column", "is missing (give column, grains or packing).");
+    read_fill(r, config);
+    if (config.column.has_value() + config.fill.has_value() + !config.grains.empty() + file > 1)
+        r.problem(config.fill             ? "fill"
+                  : config.grains.empty() ? "packing"
+                                          : "grains",
+                  std::string("stands beside ") +
+                      (config.column ? "column"
+                       : file        ? "packing"
+                                     : "grains") +
+                      " (give one of them).");
+    else if (!config.column && !config.fill && config.grains.empty() && !file)
+        r.problem("column", "is missing (give column, fill, grains or packing).");
     if (auto packing = r.child_if("packing")) read_packing(*packing, config);
     read_density(r, config);
     if (config.column && r.diagnostics()->problems.empty()) {
@@ -314,6 +321,18 @@ double any_width(Config const& config)
 
 }  // namespace
 
+std::pair<double, double> diameters(Config const& config)
+{
+    bool const drawn = config.column || config.fill;
+    double smallest = drawn ? config.diameter_min : std::numeric_limits<double>::infinity();
+    double largest = drawn ? config.diameter_max : 0.0;
+    for (GrainConfig const& g : config.grains) {
+        smallest = std::min(smallest, 2.0 * g.radius);
+        largest = std::max(largest, 2.0 * g.radius);
+    }
+    return {smallest, largest};
+}
+
 Vec3 settling_gravity(Config const& config)
 {
     return config.gravity_ramp > 0.0 && norm(config.first_gravity) > 0.0 ? config.first_gravity : config.gravity;
@@ -342,6 +361,7 @@ Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::
         config.first_gravity = vector_from(ramp->numbers_or("from", zeros(dimension), {.unit = "m/s2"}));
         ramp->finish();
     }
+    read_periodic(r, config);
     read_matter(r, config);
     if (auto buoyancy = r.child_if("buoyancy")) {
         config.fluid_density = buoyancy->number("density", {.above = 0.0, .max = 1e5, .unit = "kg/m3"});
@@ -349,6 +369,8 @@ Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::
     }
     config.measures = read_measures(r, config);
     read_step(r, config);
+    check_periodic(r, config);
+    read_averages(r, config);
     check_start(r, config);
     r.finish();
     return config;

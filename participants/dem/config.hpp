@@ -4,11 +4,13 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coupler/scene/scene.hpp"
 #include "participants/dem/laws.hpp"
 #include "participants/dem/measure_config.hpp"
+#include "participants/dem/periodic_cell.hpp"
 #include "participants/dem/sizes.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
@@ -87,6 +89,21 @@ struct GrainConfig
     std::int64_t id = -1;  //!< lasting; -1: its place in the list
 };
 
+//! Grains that fill a periodic cell loosely, each at a random place of its own.
+struct FillConfig
+{
+    std::int64_t count = 0;
+    std::uint64_t seed = 1;
+};
+
+//! Where stress, fabric and packing fraction are averaged: the whole periodic cell, or a box.
+struct AverageConfig
+{
+    std::string name;
+    bool whole = true;
+    Vec3 low, high;  //!< of the box [m]
+};
+
 struct Config
 {
     int dimension = 2;
@@ -105,9 +122,12 @@ struct Config
     std::vector<WallConfig> walls;
     std::optional<ColumnConfig> column;
     std::vector<GrainConfig> grains;
-    std::string grains_from;            //!< the file that they are from; empty: the scene
-    std::uint64_t grains_hash = 0;      //!< of all that the file says about them; 0: no file
+    std::string grains_from;        //!< the file that they are from; empty: the scene
+    std::uint64_t grains_hash = 0;  //!< of all that the file says about them; 0: no file
     MeasuresConfig measures;
+    std::optional<FillConfig> fill;
+    Periodic<3> periodic;
+    std::vector<AverageConfig> averages;
     double step = 0.0;                  //!< longest step [s]
     double contact_time = 0.0;          //!< t_c of the lightest pair [s]
     std::vector<std::string> warnings;  //!< for the user, one sentence each
@@ -130,6 +150,22 @@ double column_width(Config const& config);
 //! called.
 Config read_config(sluice::Reader reader, int dimension, Vec3 gravity,
                    std::optional<sluice::Rotation> const& rotation = {});
+
+//! Smallest and largest diameter of the grains [m].
+std::pair<double, double> diameters(Config const& config);
+//! Reach of the neighbour list beyond contact [m]. Measured: speed is flat from 0.1 to 0.3 of the smallest diameter.
+constexpr double list_reach(double smallest_diameter)
+{
+    return 0.2 * smallest_diameter;
+}
+
+//! The periodic sides and their shear; what has to do with the grains is looked at once they and the step are known.
+void read_periodic(sluice::Reader& reader, Config& config);
+void read_fill(sluice::Reader& reader, Config& config);
+void check_periodic(sluice::Reader& reader, Config& config);
+void read_averages(sluice::Reader& reader, Config& config);
+//! Edge of the cells of a grid, one for each grain that fills the cell [m]; at least the largest diameter fits.
+double fill_pitch(Config const& config);
 
 //! The contact block; walls start from `fallback`, that of the grains.
 ContactConfig read_contact(sluice::Reader reader, std::optional<ContactConfig> const& fallback = std::nullopt);

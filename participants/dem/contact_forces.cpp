@@ -40,6 +40,7 @@ std::vector<ContactForce<D>> contact_forces(Setup<D> const& setup, State<D> cons
             partner.velocity = state.walls[j - g.size()].velocity;
         else
             partner = motion[j];
+        if (!wall && features.periodic) partner.velocity += state.cell.images[state.pairs.image[touch.at]].velocity;
         double const distance = (wall ? radius : touch.reach) - touch.overlap;
         Contact<D> c = wall ? contact_with_wall<D>(touch.normal, radius)
                             : contact_of<D>(distance * touch.normal, distance, radius, other);

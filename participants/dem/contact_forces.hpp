@@ -13,7 +13,7 @@ struct ContactForce
 {
     std::uint32_t first;   //!< grain
     std::uint32_t second;  //!< grain > first, or wall index + number of grains
-    Vec<D> begin, end;     //!< centre of the first; of the second, or the nearest point of the wall [m]
+    Vec<D> begin, end;     //!< centre of the first; of the second (its image), or the nearest point of the wall [m]
     double overlap;        //!< > 0 [m]
     double normal;         //!< pushes the first away from the second [N]
     Vec<D> tangential;     //!< friction [N]

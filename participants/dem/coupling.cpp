@@ -14,6 +14,7 @@
 #include "participants/dem/measures.hpp"
 #include "participants/dem/recorder.hpp"
 #include "participants/dem/setup.hpp"
+#include "participants/dem/steady_shear.hpp"
 
 namespace dem {
 namespace {
@@ -176,7 +177,10 @@ void state_facts(sluice::Participant& self, Config const& config, std::size_t gr
 
 std::size_t count_grains(Config const& config)
 {
-    return (config.column ? static_cast<std::size_t>(config.column->count) : 0) + config.grains.size();
+    return static_cast<std::size_t>(config.column ? config.column->count
+                                    : config.fill ? config.fill->count
+                                                  : 0) +
+           config.grains.size();
 }
 
 //! At t = 0; in a resumed run without grains: the checkpoint brings them, nothing is poured.
@@ -226,16 +230,20 @@ void run(sluice::Participant& self, Config const& config)
     bool const ledger = config.measures.need_ledger(series) && config.scheme != Scheme::liggghts;
     Solver<D> solver = prepare_solver<D>(self, config, ledger ? Ledger::on : Ledger::off);
     Start start;
+    SteadyShear steady;
+    bool const sheared = config.periodic.is_sheared();
     self.keeps(
         [&](sluice::State& state) {
             keep(solver.state(), state);
             keep_source(config, state);
             start.keep(state);
+            if (sheared) steady.keep(state);
         },
         [&](sluice::State const& state) {
             require_source(config, state);
             solver.restore(kept_state<D>(state, solver.setup(), count_grains(config)));
             start = Start::kept(state);
+            if (sheared) steady = SteadyShear::kept(state);
         });
     if (!ledger) self.skipped("energy ledger", why_no_ledger(config, series > 0), 1.0);
     auto const receivers = self.receivers("kinematics"), senders = self.senders("load");
@@ -269,11 +277,14 @@ void run(sluice::Participant& self, Config const& config)
         Vec<D> const impulse = advance(solver, config.step, window, find, loads);
         tell();
         if (iterates(self) && !self.accepted(window)) continue;
+        if (sheared) steady.sample(solver);
         recorder->record(due_at(window), columns, {solver, impulse, start.balance});
     }
     auto const m = measure(solver);
     self.fact("final run-out [m]", m.front);
     self.fact("final height [m]", m.height);
+    if (sheared)
+        for (auto const& [name, value] : steady.facts()) self.fact(name, value);
     recorder->close();
 }
 
@@ -290,6 +301,11 @@ void take_part(sluice::Participant& self)
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);
     config.loads = !self.senders("load").empty();
+    sluice::require(!config.loads || !config.periodic.is_sheared(), [] {
+        return sluice::Error(
+            "a sheared cell of grains takes no load of a partner (the fluid would have to be sheared "
+            "with it). Remove the coupling or config.shear.");
+    });
     dimension == 2 ? run<2>(self, config) : run<3>(self, config);
 }
 

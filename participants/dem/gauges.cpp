@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "participants/dem/measures.hpp"
+#include "participants/dem/series_averages.hpp"
 
 namespace dem {
 namespace {
@@ -191,6 +192,10 @@ std::vector<Gauge<D>> gauges_of(Config const& config, double mean_diameter)
         gauge.interval = measures.of[k].interval;
         gauges.push_back(std::move(gauge));
     }
+    if (!config.averages.empty())
+        gauges.push_back({average_names<D>(config), [config](Moment<D> const& now, Numbers& numbers, Arrays&) {
+                              append_averages(config, now.solver, numbers);
+                          }});
     return gauges;
 }
 

@@ -1,6 +1,6 @@
 #include "participants/dem/setup.hpp"
 
-#include <algorithm>
+#include "participants/dem/fill.hpp"
 
 namespace dem {
 
@@ -51,17 +51,19 @@ Setup<D> make_setup(Config const& config, Ledger ledger)
         f.friction = f.friction || wall.contact.friction > 0.0;
     }
     if (f.scheme == Scheme::liggghts) f.friction = true;  // the only variant that is compiled
-    double smallest = config.diameter_min;
-    for (GrainConfig const& g : config.grains)
-        smallest = smallest > 0.0 ? std::min(smallest, 2.0 * g.radius) : 2.0 * g.radius;
-    setup.skin = 0.2 * smallest;  // measured: speed is flat from 0.1 to 0.3 d
+    setup.skin = list_reach(diameters(config).first);
+    f.periodic = config.periodic.any();
+    for (std::size_t k = 0; k < D; ++k) setup.periodic.axis[k] = config.periodic.axis[k];
+    setup.periodic.low = to_dimension<D>(config.periodic.low);
+    setup.periodic.extent = to_dimension<D>(config.periodic.extent);
+    setup.periodic.shear = config.periodic.shear;
     return setup;
 }
 
 template <int D>
 Grains<D> listed_grains(Config const& config)
 {
-    Grains<D> grains;
+    Grains<D> grains = config.fill ? filling<D>(config) : Grains<D>{};
     for (GrainConfig const& g : config.grains) {
         Motion<D> motion{};
         motion.velocity = to_dimension<D>(g.velocity);

@@ -8,7 +8,7 @@ namespace {
 
 using sluice::Reader;
 
-constexpr sluice::Bounds diameters{.above = 1e-9, .max = 1e3, .unit = "m"};
+constexpr sluice::Bounds lengths{.above = 1e-9, .max = 1e3, .unit = "m"};
 
 std::string format(char const* pattern, double a, double b)
 {
@@ -31,7 +31,7 @@ Sizes read_grading(Reader& r, Config const& config)
 {
     std::vector<std::pair<double, double>> curve;
     for (Reader point : r.list("grading")) {
-        double const diameter = point.number("diameter", diameters);
+        double const diameter = point.number("diameter", lengths);
         double const finer = point.number("finer", {.min = 0.0, .max = 1.0});
         if (!curve.empty() && diameter <= curve.back().first)
             point.problem("diameter", format("%g m is not above the point before, %g m (must ascend).", diameter,
@@ -51,7 +51,7 @@ Sizes read_grading(Reader& r, Config const& config)
 
 Sizes read_lognormal(Reader& r, double low, double high)
 {
-    double const mean = r.number("mean", diameters), deviation = r.number("deviation", diameters);
+    double const mean = r.number("mean", lengths), deviation = r.number("deviation", lengths);
     if (!r.diagnostics()->problems.empty()) return {};
     Sizes const sizes = Sizes::lognormal(mean, deviation, low, high);
     if (low == high || !(sizes.kept() >= 0.01))
@@ -73,7 +73,7 @@ void read_diameter(Reader r, Config& config)
         r.finish();
         return;
     }
-    double const low = r.number("min", diameters), high = r.number("max", diameters);
+    double const low = r.number("min", lengths), high = r.number("max", lengths);
     check_range(r, "max", low, high);
     config.diameter_min = low;
     config.diameter_max = high;

@@ -28,10 +28,10 @@ void each_touch(Setup<D> const& setup, State<D> const& state, Visit&& visit)
     for (std::uint32_t i = 0; i < count; ++i)
         for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
             std::uint32_t const j = state.pairs.other[slot];
-            Vec<D> const apart = g.place[i].centre - g.place[j].centre;
-            double const reach = g.place[i].radius + g.place[j].radius, distance = norm(apart);
+            Vec<D> const from_j = apart(g, state.pairs, state.cell, i, slot);
+            double const reach = g.place[i].radius + g.place[j].radius, distance = norm(from_j);
             if (distance >= reach) continue;
-            Vec<D> const normal = distance > 0.0 ? (1.0 / distance) * apart : Vec<D>{1.0};
+            Vec<D> const normal = distance > 0.0 ? (1.0 / distance) * from_j : Vec<D>{1.0};
             visit(Touch<D>{i, j, slot, reach - distance, reach, normal});
         }
     for (std::uint32_t w = 0; w < setup.walls.size(); ++w)

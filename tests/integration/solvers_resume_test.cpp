@@ -177,6 +177,17 @@ Case measured()
          "{}, profile: {}, voronoi: {interval: 0.003}, force_chains: {interval: 0.004}}"}};
 }
 
+//! A cell that is sheared at constant pressure: its images move, the summary's means go on.
+Case sheared()
+{
+    return {"critical_state.yaml",
+            {{"grains", DEM_COMMAND}},
+            {"time.end=0.02", "participants.grains.config.fill.count=200",
+             "participants.grains.config.periodic.x=[0, 0.025]", "participants.grains.config.periodic.y=[0, 0.03]",
+             "participants.grains.config.shear.rate=50", "participants.grains.config.shear.steady_from=0.1",
+             "output.interval=0.005", "output.series=0.0005"}};
+}
+
 //! Runs the column to a checkpoint before `window` and one window more, then from there to the end: outputs, and the
 //! state before window 49, are those of the run "whole".
 void check_cut(Case const& c, int window)
@@ -289,6 +300,14 @@ TEST_CASE("measures: killed or stopped and resumed, no row, picture or step is m
     CHECK(std::ranges::any_of(c.results("whole"), [](auto const& file) { return file.first == "grains.forces.pvd"; }));
     check_killed(c, {2, 60, 120});
     check_stopped(c, {{0, 5}, {0, 90}});
+}
+
+TEST_CASE("sheared cell: killed and stopped runs continue bit for bit")
+{
+    Case const c = sheared();
+    c.run("whole", {never});
+    check_killed(c, {2, 80});
+    check_stopped(c, {{0, 5}});
 }
 
 TEST_CASE("immersed column: a resumed run pours nothing, and says where it went on")
