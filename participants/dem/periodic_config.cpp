@@ -95,10 +95,11 @@ void check_grains(Reader& r, Config const& config)
         if (!is_periodic(config, k)) continue;
         double const needed = shortest_edge(largest, list_reach(smallest)), extent = component(cell.extent, k);
         if (extent < needed)
-            r.problem("periodic",
-                      format("is %g m long, too short for grains to meet one image of each other only (must be at "
-                             "least %g m: twice the largest diameter and the reach of the list).",
-                             extent, needed));
+            return r.problem(
+                "periodic",
+                format("is %g m long, too short for grains to meet one image of each other only (must be at "
+                       "least %g m: twice the largest diameter and the reach of the list).",
+                       extent, needed));
         for (std::size_t i = 0; i < config.grains.size(); ++i) {
             double const x = component(config.grains[i].position - cell.low, k);
             if (x >= 0.0 && x < extent) continue;
@@ -152,7 +153,6 @@ void read_fill(Reader& r, Config& config)
     for (int k = 0; k < config.dimension; ++k)
         if (!is_periodic(config, k)) {
             r.problem("fill", "fills a cell that is periodic along every axis; " + name_of(k) + " is not.");
-            config.fill.reset();
             return;
         }
 }

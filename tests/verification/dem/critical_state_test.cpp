@@ -20,7 +20,7 @@ dem::Config cell()
     std::string const text =
         "density: 2650\ndiameter: {min: 1.0e-3, max: 1.8e-3}\n"
         "contact: {normal_stiffness: 1e6, damping_ratio: 0.2, friction_angle: 26}\n"
-        "periodic: {x: [0, 0.0298], y: [0, 0.0398]}\nfill: {count: 300, seed: 2}\n"
+        "periodic: {x: [0, 0.0273], y: [0, 0.0364]}\nfill: {count: 300, seed: 2}\n"
         "shear: {along: x, across: y, rate: 0.62, pressure: 2000, steady_from: 1.0}\n";
     return dem::read_config(sluice::read_yaml(text, "cell.yaml"), 2, {});
 }
