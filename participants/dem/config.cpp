@@ -8,6 +8,7 @@
 
 #include "coupler/scene/threads.hpp"
 #include "participants/dem/config_parts.hpp"
+#include "participants/dem/half_step.hpp"
 #include "participants/dem/restitution.hpp"
 
 namespace dem {
@@ -333,9 +334,17 @@ std::pair<double, double> diameters(Config const& config)
     return {smallest, largest};
 }
 
-Vec3 settling_gravity(Config const& config)
+Vec3 starting_gravity(Config const& config)
 {
     return config.gravity_ramp > 0.0 && norm(config.first_gravity) > 0.0 ? config.first_gravity : config.gravity;
+}
+
+Vec3 settling_gravity(Config const& config)
+{
+    Vec3 const gravity = starting_gravity(config);
+    if (!config.rotation) return gravity;
+    frame::RotatingFrame<3> const turning(*config.rotation);
+    return gravity - times(turning.centrifugal(0.0), point_of_axis(turning));
 }
 
 double column_width(Config const& config)

@@ -140,7 +140,9 @@ constexpr double assumed_packing_fraction(int dimension)
     return dimension == 2 ? 0.82 : 0.61;
 }
 
-//! What a column is poured under: what a changing gravity begins with, unless that is nothing [m/s2].
+//! Gravity when the run begins; if it grows from nothing, what it grows to [m/s2].
+Vec3 starting_gravity(Config const& config);
+//! What a column is poured under: that, and the centrifugal part at the origin when the run begins [m/s2].
 Vec3 settling_gravity(Config const& config);
 
 //! Width (box) or radius of a column [m], from the volume of its grains.

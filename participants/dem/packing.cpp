@@ -111,6 +111,7 @@ Packing<D> pour_packing(Config const& config, Progress const& progress)
     dry.fluid_density = 0.0;
     dry.gravity = settling_gravity(config);
     dry.gravity_ramp = 0.0;
+    dry.rotation.reset();
     dry.scheme = Scheme::predicted;
     dry.loads = true;  // the drag
     for (WallConfig& wall : dry.walls) {
@@ -136,6 +137,12 @@ Packing<D> pour_packing(Config const& config, Progress const& progress)
         for (Wall<D>& wall : all.walls) wall.law = all.law;
         return all;
     };
+    auto const in_frame = [&](Setup<D> all) {  // that of the run's begin; poured under what it is at the foot
+        if (!config.rotation || config.rotation->ramp > 0.0) return all;
+        all.gravity = to_dimension<D>(starting_gravity(config));
+        all.frame.emplace(*config.rotation);
+        return all;
+    };
     Config at_first = dry;
     at_first.gravity = share * dry.gravity;
     auto const [step, fall, wave] = times_of<D>(dry, share * own);
@@ -152,10 +159,10 @@ Packing<D> pour_packing(Config const& config, Progress const& progress)
     }
     double ratio = 1.0;
     for (int round = 0; round < longest_hold && ratio > settled_kinetic_ratio; ++round) {
-        solver.set_laws(soft_with(c.friction, 1.0));
+        solver.set_laws(in_frame(soft_with(c.friction, 1.0)));
         run_until(solver, dry, progress, "relaxing", step / 20.0, 1.0 / wave, 0.01 * settled_kinetic_ratio, 2,
                   200.0 * wave);
-        solver.set_laws(setup);
+        solver.set_laws(in_frame(setup));
         ratio = run_until(solver, dry, progress, "holding", step / 50.0, 0.0, settled_kinetic_ratio, 5, 40.0 * wave);
     }
     if (ratio > settled_kinetic_ratio) say(progress, "NOT settled (needed: 1e-8)", solver.time(), ratio);

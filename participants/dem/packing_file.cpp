@@ -112,6 +112,13 @@ std::string packing_file_name(Config const& config)
     Vec3 const gravity = settling_gravity(config);
     for (double const x : {gravity.x, gravity.y, gravity.z, config.density, config.diameter_min, config.diameter_max})
         key(x);
+    if (config.rotation && config.rotation->ramp == 0.0) {
+        sluice::Rotation const& r = *config.rotation;
+        for (auto const& vector : {r.point, r.direction})
+            for (double const x : vector) key(x);
+        key(r.rate);
+        key(static_cast<std::uint8_t>(r.centrifugal + 2 * r.coriolis));
+    }
     key(config.dimension);
     add(key, config.contact);
     if (config.column) {

@@ -61,7 +61,7 @@ void read_shear(Reader r, Config& config)
     for (int k = 0; k < config.dimension; ++k)
         if (!is_periodic(config, k))
             r.problem("", "needs sides that are periodic along " + name_of(k) + ", too. Add it to periodic.");
-    if (norm(config.gravity) > 0.0)
+    if (norm(config.gravity) > 0.0 || norm(config.first_gravity) > 0.0)
         r.problem("", "has no wall that gravity could rest on (needed: a scene without gravity).");
     r.finish();
 }
@@ -160,6 +160,9 @@ void read_fill(Reader& r, Config& config)
 void check_periodic(Reader& r, Config& config)
 {
     if (!config.periodic.any() || !r.diagnostics()->problems.empty()) return;
+    if (config.rotation)
+        return r.problem("periodic",
+                         "in a frame that rotates: its two sides would not be the same (needs frame: inertial).");
     if (config.column)
         return r.problem("column", "stands against walls, in a cell that is periodic. Give fill or grains instead.");
     check_walls(r, config);

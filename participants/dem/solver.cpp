@@ -324,6 +324,7 @@ template <int D>
 void Solver<D>::set_laws(Setup<D> const& from)
 {
     setup_.gravity = from.gravity;
+    setup_.frame = from.frame;
     setup_.law = from.law;
     for (std::size_t w = 0; w < setup_.walls.size(); ++w) setup_.walls[w].law = from.walls[w].law;
     evaluate_again();
