@@ -60,12 +60,11 @@ double run_until(Solver<D>& solver, Config const& config, Progress const& progre
     return ratio;
 }
 
-//! The loose state that a column is poured from. A grid of the largest cells would be far too high for wide laws, and
-//! where it meets a round wall it prefers small grains; uniform ones keep it, and with it the packings that there are.
+//! The loose state that a column is poured from.
 template <int D>
 Grains<D> to_be_poured(Config const& config, Setup<D> const& setup)
 {
-    return config.sizes.is_uniform_number() ? loose_grid(config, setup) : scattered(config, setup, D == 2 ? 0.4 : 0.25);
+    return is_scattered(config) ? scattered(config, setup, D == 2 ? 0.4 : 0.25) : loose_grid(config, setup);
 }
 
 template <int D>

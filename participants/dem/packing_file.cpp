@@ -10,6 +10,7 @@
 
 #include "coupler/base/error.hpp"
 #include "participants/dem/bytes.hpp"
+#include "participants/dem/packing_start.hpp"
 
 namespace dem {
 namespace {
@@ -97,7 +98,10 @@ void add(ByteWriter& key, ContactConfig const& c)
 void add_preparation(ByteWriter& key, Config const& config)
 {
     ColumnConfig const& c = *config.column;
-    if (!config.sizes.is_uniform_number()) key(config.sizes.numbers());
+    if (!config.sizes.is_uniform_number())
+        key(config.sizes.numbers());
+    else if (is_scattered(config))
+        key(std::uint8_t{1});
     if (c.preparation == Preparation::poured && c.pouring_gravity == 0.0) return;
     key(static_cast<std::uint8_t>(c.preparation));
     key(c.packing_fraction);

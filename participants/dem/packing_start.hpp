@@ -6,6 +6,14 @@
 //! How the grains of a column lie before they settle. All throw sluice::Error (config) if they find no room.
 namespace dem {
 
+//! Whether a column is poured from scattered grains. From a grid otherwise: for wide laws it would be far too high, and
+//! spheres of nearly one size would fall as the stacks in which they hang, and stay so.
+inline bool is_scattered(Config const& config)
+{
+    bool const alike = config.diameter_max < 1.2 * config.diameter_min;
+    return !config.sizes.is_uniform_number() || (config.dimension == 3 && alike);
+}
+
 //! On a grid of cells of one largest diameter, each at a random place in its cell; lowest rows first. Cells that are
 //! not wholly within the container stay empty.
 template <int D>
