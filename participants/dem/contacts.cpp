@@ -110,7 +110,7 @@ void evaluate_contacts(Setup<D> const& setup, State<D>& state, double dt, sluice
 
 //! All sets of features that are compiled: friction and rolling go together, LIGGGHTS' order has no ledger.
 constexpr auto compiled = [] {
-    std::array<Features, 40> all{};
+    std::array<Features, 20> all{};
     std::size_t n = 0;
     for (auto const elasticity : {Elasticity::linear, Elasticity::hertz})
         for (bool const ledger : {false, true}) {
@@ -121,10 +121,7 @@ constexpr auto compiled = [] {
     for (auto const elasticity : {Elasticity::linear, Elasticity::hertz})
         for (auto const rolling : {Rolling::none, Rolling::constant})
             all[n++] = {.elasticity = elasticity, .friction = true, .rolling = rolling, .scheme = Scheme::liggghts};
-    for (std::size_t k = 0; n < all.size(); ++k) {
-        all[n] = all[k];
-        all[n++].periodic = true;
-    }
+    for (Features& features : all) features.periodic = DEM_PERIODIC;
     return all;
 }();
 
@@ -138,11 +135,11 @@ Evaluate<D> find(Features const& wanted, std::index_sequence<I...>) noexcept
 
 }  // namespace
 
-template <int D>
+template <int D, bool periodic>
 Evaluate<D> evaluation_for(Features const& features) noexcept
 {
     return find<D>(features, std::make_index_sequence<compiled.size()>());
 }
-template Evaluate<DEM_DIMENSION> evaluation_for<DEM_DIMENSION>(Features const&) noexcept;
+template Evaluate<DEM_DIMENSION> evaluation_for<DEM_DIMENSION, DEM_PERIODIC>(Features const&) noexcept;
 
 }  // namespace dem

@@ -13,7 +13,7 @@ template <int D>
 using Evaluate = void (*)(Setup<D> const&, State<D>&, double dt, sluice::Team* team) noexcept;
 
 //! The loop that was compiled for a set of features; null: not compiled.
-template <int D>
+template <int D, bool periodic>
 Evaluate<D> evaluation_for(Features const& features) noexcept;
 
 //! Power of the forces that are not elastic at the current velocities, into state.power. After an evaluation.

@@ -45,8 +45,8 @@ struct StillHalf
 {
     Vec<D> half_fall;  //!< dt/2 g [m/s]
 
-    Vec<D> const& fall(Vec<D> const&) const { return half_fall; }
-    Vec<D> const& velocity(Vec<D> const& v) const { return v; }
+    Vec<D> fall(Vec<D> const&) const { return half_fall; }
+    Vec<D> velocity(Vec<D> const& v) const { return v; }
     Spin<D> const& spin(Spin<D> const& s) const { return s; }
     Spin<D> const& twist(Spin<D> const& turn) const { return turn; }
 };

@@ -127,8 +127,9 @@ inline PackVec of_images(Images<3> const& images, Pairs<3> const& pairs, Four co
 }
 
 template <Features F>
-inline FourPlaces places_of(Grains<3> const& g, [[maybe_unused]] Pairs<3> const& pairs,
-                            [[maybe_unused]] Images<3> const& images, FourPairs const& p) noexcept
+[[gnu::always_inline]] inline FourPlaces places_of(Grains<3> const& g, [[maybe_unused]] Pairs<3> const& pairs,
+                                                   [[maybe_unused]] Images<3> const& images,
+                                                   FourPairs const& p) noexcept
 {
     FourPlaces f;
     Columns pi = columns_of(g.place, p.i), pj = columns_of(g.place, p.j);
@@ -156,8 +157,10 @@ struct FourRates
     PackVec spin;      //!< wi - wj
 };
 template <Features F>
-inline FourRates rates_of(std::vector<Motion<3>> const& motion, [[maybe_unused]] Pairs<3> const& pairs,
-                          [[maybe_unused]] Images<3> const& images, FourPairs const& p, FourPlaces const& at) noexcept
+[[gnu::always_inline]] inline FourRates rates_of(std::vector<Motion<3>> const& motion,
+                                                 [[maybe_unused]] Pairs<3> const& pairs,
+                                                 [[maybe_unused]] Images<3> const& images, FourPairs const& p,
+                                                 FourPlaces const& at) noexcept
 {
     PackVec const wi = columns_of(motion, p.i, of_spin).vector, wj = columns_of(motion, p.j, of_spin).vector;
     PackVec vj = columns_of(motion, p.j).vector;
@@ -167,8 +170,8 @@ inline FourRates rates_of(std::vector<Motion<3>> const& motion, [[maybe_unused]]
 
 //! `twice`: wi + wj at the half step.
 template <Features F>
-inline FourMotions motions_of(FourPlaces const& at, FourRates const& half, FourRates const& late, PackVec twice,
-                              double dt) noexcept
+[[gnu::always_inline]] inline FourMotions motions_of(FourPlaces const& at, FourRates const& half, FourRates const& late,
+                                                     PackVec twice, double dt) noexcept
 {
     FourMotions m;
     PackVec const n = at.normal;
@@ -189,8 +192,8 @@ inline FourMotions motions_of(FourPlaces const& at, FourRates const& half, FourR
 }
 
 template <Features F>
-inline FourMotions motions_of(Grains<3> const& g, Pairs<3> const& pairs, Images<3> const& images, FourPairs const& p,
-                              FourPlaces const& at, double dt) noexcept
+[[gnu::always_inline]] inline FourMotions motions_of(Grains<3> const& g, Pairs<3> const& pairs, Images<3> const& images,
+                                                     FourPairs const& p, FourPlaces const& at, double dt) noexcept
 {
     FourRates const half = rates_of<F>(g.half, pairs, images, p, at);
     if constexpr (F.scheme == Scheme::liggghts) return motions_of<F>(at, half, half, PackVec{}, dt);

@@ -63,7 +63,8 @@ template <int D>
 Solver<D>::Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> const> records)
     : setup_(std::move(setup)),
       team_(setup_.threads > 1 ? std::make_shared<sluice::Team>(setup_.threads) : nullptr),
-      evaluate_(evaluation_for<D>(setup_.features))
+      evaluate_(setup_.features.periodic ? evaluation_for<D, true>(setup_.features)
+                                         : evaluation_for<D, false>(setup_.features))
 {
     sluice::require(evaluate_ != nullptr,
                     [] { return sluice::Error("dem: this set of features is not compiled. Add it in contacts.cpp."); });
@@ -167,7 +168,7 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
     bool const predicts = setup_.features.scheme == Scheme::predicted;
     auto const load_on = loads();
     std::atomic<bool> any_moved = false, any_fast = false;
-    share([&](std::size_t from, std::size_t to) {
+    share([&, first, second](std::size_t from, std::size_t to) {
         std::size_t moved = 0, fast = 0;
         for (std::size_t i = from; i < to; ++i) {
             Load<D> const load = load_on(i);
@@ -231,7 +232,7 @@ void Solver<D>::kick(double dt, Half const& second)
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
     auto const load_on = loads();
-    share([&](std::size_t from, std::size_t to) {
+    share([&, second](std::size_t from, std::size_t to) {
         for (std::size_t i = from; i < to; ++i) {
             Motion<D> const& h = g.half[i];
             Load<D> const load = load_on(i);
