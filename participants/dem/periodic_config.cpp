@@ -160,6 +160,8 @@ void read_fill(Reader& r, Config& config)
 void check_periodic(Reader& r, Config& config)
 {
     if (!config.periodic.any() || !r.diagnostics()->problems.empty()) return;
+    if (config.scheme == Scheme::liggghts)
+        return r.problem("scheme", "liggghts has no periodic sides (leave one of them out).");
     if (config.rotation)
         return r.problem("periodic",
                          "in a frame that rotates: its two sides would not be the same (needs frame: inertial).");

@@ -107,6 +107,7 @@ TEST_CASE("periodic config: each mistake gives one clear message")
     check_refused(changed(cell, "rate: 5.0", "rate: 5e4"), "shear: moves the sides too far in a step");
     check_refused(changed(cell, "count: 120", "count: 400"), "fill: has room for grains of");
     check_refused(changed(cell, "seed: 3", "sed: 3"), "Did you mean seed?");
+    check_refused(cell + "scheme: liggghts\n", "scheme: liggghts has no periodic sides");
     check_refused(changed(cell, "[0, 0.025]", "[0, 0.0039]"), "periodic: is 0.0039 m long, too short");
     check_refused(changed(cell, "max: [0.002, 0.01]", "max: [0.002, 0.004]"), "averages[1].max: is not above min");
     check_refused(cell, "has no wall that gravity could rest on", 9.81);
