@@ -82,7 +82,7 @@ TEST_CASE("configs: every scene passes the check and runs shortened with ParaVie
         bool const fills = shell::slurp(entry.path()).find("fill:") != std::string::npos;
         REQUIRE(run(entry.path(), out,
                     {"time.end=0.0006",
-                     std::string("participants.grains.config.") + (fills ? "fill" : "column") + ".count=60",
+                     std::string("participants.grains.config.") + (fills ? "fill" : "column") + ".count=150",
                      "output.interval=0.0002"})
                     .exit == 0);
         CHECK(std::filesystem::exists(out / "summary.json"));
