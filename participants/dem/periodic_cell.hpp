@@ -50,6 +50,16 @@ constexpr int image_number(std::size_t image, int axis) noexcept
     return static_cast<int>(image % 3) - 1;
 }
 
+//! Whether there is such an image where only some axes are periodic.
+template <int D>
+bool has_image(Periodic<D> const& periodic, std::size_t image) noexcept
+{
+    bool yes = true;
+    for (int k = 0; k < D; ++k)
+        yes = yes && (periodic.axis[static_cast<std::size_t>(k)] || image_number(image, k) == 0);
+    return yes;
+}
+
 //! An image of the cell, as rows of 32 bytes.
 template <int D>
 struct Image

@@ -27,10 +27,7 @@ Copies<D> copies_near(Setup<D> const& setup, State<D> const& state, double large
     Copies<D> copies;
     copies.all.place = state.grains.place;
     for (std::uint32_t image = 0; image < image_count<D>; ++image) {
-        bool exists = image != home<D>;
-        for (int k = 0; k < D; ++k)
-            exists = exists && (periodic.axis[static_cast<std::size_t>(k)] || image_number(image, k) == 0);
-        if (!exists) continue;
+        if (image == home<D> || !has_image(periodic, image)) continue;
         for (std::uint32_t i = 0; i < state.grains.size(); ++i) {
             Place<D> place = state.grains.place[i];
             place.centre += cell.images[image].shift;

@@ -47,17 +47,13 @@ double volume_of(double radius)
     return D == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius;
 }
 
-//! Calls `visit(shift)` for the grains' own places and those of all images of the cell.
+//! Calls `visit(shift, velocity)` for the grains' own places and those of all images of the cell.
 template <int D, class Visit>
 void each_image(Setup<D> const& setup, State<D> const& state, Visit&& visit)
 {
-    if (!setup.features.periodic) return visit(Vec<D>{});
-    for (std::size_t image = 0; image < image_count<D>; ++image) {
-        bool exists = true;
-        for (int k = 0; k < D; ++k)
-            exists = exists && (setup.periodic.axis[static_cast<std::size_t>(k)] || image_number(image, k) == 0);
-        if (exists) visit(state.cell.images[image].shift);
-    }
+    if (!setup.features.periodic) return visit(Vec<D>{}, Vec<D>{});
+    for (std::size_t image = 0; image < image_count<D>; ++image)
+        if (has_image(setup.periodic, image)) visit(state.cell.images[image].shift, state.cell.images[image].velocity);
 }
 
 //! Which part of each contact counts, as its line lies.
@@ -66,7 +62,7 @@ double part_of(ContactForce<D> const& f, Setup<D> const& setup, State<D> const& 
 {
     if (!box) return 1.0;
     double part = 0.0;
-    each_image(setup, state, [&](Vec<D> shift) { part += part_within(*box, f.begin + shift, f.end + shift); });
+    each_image(setup, state, [&](Vec<D> shift, Vec<D>) { part += part_within(*box, f.begin + shift, f.end + shift); });
     return part;
 }
 
@@ -102,17 +98,14 @@ std::vector<Moving<D>> grains_within(Setup<D> const& setup, State<D> const& stat
         return yes;
     };
     for (std::size_t i = 0; i < g.size(); ++i) {
+        Vec<D> const centre = g.place[i].centre, velocity = g.motion[i].velocity;
         if (!box) {
-            within.push_back({g.mass[i], g.place[i].centre, g.motion[i].velocity});
+            within.push_back({g.mass[i], centre, velocity});
             continue;
         }
-        if (!setup.features.periodic) {
-            if (is_in(g.place[i].centre)) within.push_back({g.mass[i], g.place[i].centre, g.motion[i].velocity});
-            continue;
-        }
-        for (Image<D> const& image : state.cell.images)
-            if (Vec<D> const centre = g.place[i].centre + image.shift; is_in(centre))
-                within.push_back({g.mass[i], centre, g.motion[i].velocity + image.velocity});
+        each_image(setup, state, [&](Vec<D> shift, Vec<D> sped) {
+            if (is_in(centre + shift)) within.push_back({g.mass[i], centre + shift, velocity + sped});
+        });
     }
     return within;
 }
@@ -145,7 +138,7 @@ double matter_within(Setup<D> const& setup, State<D> const& state, std::optional
         for (Place<D> const& place : state.grains.place) matter += volume_of<D>(place.radius);
         return matter;
     }
-    each_image(setup, state, [&](Vec<D> shift) {
+    each_image(setup, state, [&](Vec<D> shift, Vec<D>) {
         matter += volume * packing_fraction(state.grains, box->first - shift, box->second - shift);
     });
     return matter;

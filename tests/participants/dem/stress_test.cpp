@@ -120,6 +120,13 @@ TEST_CASE("stress: the kinetic part counts what is beyond the mean flow, and bey
     CHECK(a.kinetic[0].y == doctest::Approx(4 * mass * 0.02 / 4e-4));
     CHECK(a.kinetic[1].y == doctest::Approx(4 * mass * 0.01 / 4e-4));
     CHECK(a.contacts == 0.0);
+    auto along_x = s;  // one axis has no images: a box sees each grain once
+    along_x.periodic.axis = {true, false};
+    along_x.periodic.extent = {0.02, 0.0};
+    auto const box =
+        dem::averages<2>(along_x, dem::Solver<2>(along_x, g).state(), dem::Box<2>{{0.0, 0.0}, {0.02, 0.02}});
+    CHECK(box.kinetic[0].x == doctest::Approx(a.kinetic[0].x));
+    CHECK(box.packing_fraction == doctest::Approx(a.packing_fraction).epsilon(1e-3));  // by strips
     s.periodic.shear.rate = 50.0;
     for (std::size_t k = 0; k < 4; ++k) {
         g.place[k].centre.y = 2e-3 + 5e-3 * static_cast<double>(k);
