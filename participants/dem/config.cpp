@@ -16,13 +16,6 @@ namespace {
 
 using sluice::Reader;
 
-std::string format(char const* pattern, double a, double b)
-{
-    char text[256];
-    std::snprintf(text, sizeof text, pattern, a, b);
-    return text;
-}
-
 constexpr sluice::Bounds lengths{.min = -1e6, .max = 1e6, .unit = "m"};
 
 Vec3 vector_from(std::vector<double> const& v)
@@ -204,8 +197,7 @@ void check_column_walls(Reader& r, Config& config)
 
 double mass_of(Config const& config, double radius, double density)
 {
-    double const pi = std::numbers::pi;
-    return density * (config.dimension == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius);
+    return density * (config.dimension == 2 ? volume_of<2>(radius) : volume_of<3>(radius));
 }
 
 //! t_c of the lightest pair, and of the lightest grain at a wall, which is heavier than any grain: twice the mass of a
@@ -321,6 +313,13 @@ double any_width(Config const& config)
 }
 
 }  // namespace
+
+std::string format(char const* pattern, double a, double b)
+{
+    char text[256];
+    std::snprintf(text, sizeof text, pattern, a, b);
+    return text;
+}
 
 std::pair<double, double> diameters(Config const& config)
 {

@@ -5,6 +5,9 @@
 //! Parts of read_config that have a file of their own.
 namespace dem {
 
+//! A message with two numbers, by a pattern of printf.
+std::string format(char const* pattern, double a, double b);
+
 //! `packing`: grains from a file, whose path counts from the scene's.
 void read_packing(sluice::Reader reader, Config& config);
 //! `density`; a file may bring those of its grains instead.

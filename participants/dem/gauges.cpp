@@ -11,12 +11,6 @@ namespace {
 using Numbers = std::vector<double>;
 using Arrays = std::vector<Array>;
 
-//! A vector's numbers at the end of a list.
-template <class V>
-void append(Numbers& to, V v)
-{
-    each_number(v, [&](double number) { to.push_back(number); });
-}
 template <int D>
 std::vector<std::string> axes(std::string const& name, std::string const& unit)
 {

@@ -12,6 +12,13 @@
 //! What is measured while a scene runs, as numbers and arrays with names and units.
 namespace dem {
 
+//! A vector's numbers at the end of a list.
+template <class V>
+void append(std::vector<double>& to, V v)
+{
+    each_number(v, [&](double number) { to.push_back(number); });
+}
+
 //! One time of a run, as the gauges see it.
 template <int D>
 class Moment

@@ -64,7 +64,7 @@ double run_until(Solver<D>& solver, Config const& config, Progress const& progre
 template <int D>
 Grains<D> to_be_poured(Config const& config, Setup<D> const& setup)
 {
-    return is_scattered(config) ? scattered(config, setup, D == 2 ? 0.4 : 0.25) : loose_grid(config, setup);
+    return is_scattered(config) ? scattered(config, setup, scattered_fraction(D)) : loose_grid(config, setup);
 }
 
 template <int D>

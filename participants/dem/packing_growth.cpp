@@ -4,14 +4,11 @@
 
 #include "participants/dem/packing_start.hpp"
 #include "participants/dem/setup.hpp"
+#include "participants/dem/touches.hpp"
 
 namespace dem {
 namespace {
 
-constexpr double scattered_fraction(int dimension)  // well below what random placing can reach: 0.547 and 0.384
-{
-    return dimension == 2 ? 0.40 : 0.25;
-}
 constexpr double allowed_overlap = 1e-4;  //!< over Ri + Rj, when growth is over [-]
 constexpr int stages = 60;
 constexpr double lift = 1.003;  //!< of the lid, where the grains have jammed before the column is full
@@ -20,19 +17,11 @@ constexpr double lift = 1.003;  //!< of the lid, where the grains have jammed be
 template <int D>
 double largest_overlap(Solver<D> const& solver)
 {
-    auto const& pairs = solver.state().pairs;
-    auto const& place = solver.grains().place;
     double largest = 0.0;
-    for (std::size_t slot = 0; slot < pairs.other.size(); ++slot) {
-        auto const &a = place[pairs.owner[slot]], &b = place[pairs.other[slot]];
-        largest = std::max(largest, 1.0 - norm(a.centre - b.centre) / (a.radius + b.radius));
-    }
-    for (std::size_t w = 0; w < solver.setup().walls.size(); ++w)
-        for (std::uint32_t const i : solver.state().walls[w].grain) {
-            auto const at = std::visit([&](auto const& shape) { return shape.facing(place[i].centre); },
-                                       solver.setup().walls[w].shape);
-            largest = std::max(largest, 1.0 - at.distance / place[i].radius);
-        }
+    each_touch(solver.setup(), solver.state(), [&](Touch<D> const& touch) {
+        bool const wall = touch.second >= solver.grains().size();
+        largest = std::max(largest, touch.overlap / (wall ? 0.5 * touch.reach : touch.reach));
+    });
     return largest;
 }
 

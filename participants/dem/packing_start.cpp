@@ -18,8 +18,7 @@ template <int D>
 bool fits(Setup<D> const& setup, Vec<D> centre, double radius)
 {
     for (Wall<D> const& wall : setup.walls) {
-        auto const at = std::visit([&](auto const& shape) { return shape.facing(centre); }, wall.shape);
-        if (at.distance < radius) return false;
+        if (facing_at_start(wall, centre).distance < radius) return false;
     }
     return true;
 }
@@ -70,30 +69,23 @@ Grains<D> loose_grid(Config const& config, Setup<D> const& setup)
 {
     ColumnConfig const& column = *config.column;
     Random random(column.seed);
-    double const width = column_width(config), pitch = 1.02 * config.diameter_max;
-    double const left = column.container == Container::cylinder ? -width : 0.0;
-    double const depth = D == 2 ? 0.0 : column.container == Container::box ? column.depth : width - left;
+    Footprint const f = footprint_of<D>(config);
+    double const width = f.right - f.left, depth = f.back - f.front, pitch = 1.02 * config.diameter_max;
     auto const cells = [&](double length) {
         return std::max<std::int64_t>(1, static_cast<std::int64_t>(length / pitch));
     };
-    std::int64_t const columns = cells(width - left), rows = D == 2 ? 1 : cells(depth);
-    double const cell_x = (width - left) / static_cast<double>(columns), cell_y = depth / static_cast<double>(rows);
-    double const front = column.container == Container::box ? 0.0 : left;
+    std::int64_t const columns = cells(width), rows = D == 2 ? 1 : cells(depth);
+    double const cell_x = width / static_cast<double>(columns), cell_y = depth / static_cast<double>(rows);
     Grains<D> grains;
     std::int64_t misses = 0;
     for (std::int64_t k = 0; static_cast<std::int64_t>(grains.size()) < column.count; ++k) {
-        double const x0 = left + static_cast<double>(k % columns) * cell_x;
-        double const y0 = front + static_cast<double>(k / columns % rows) * cell_y;
+        double const x0 = f.left + static_cast<double>(k % columns) * cell_x;
+        double const y0 = f.front + static_cast<double>(k / columns % rows) * cell_y;
         double const up0 = static_cast<double>(k / columns / rows) * pitch;
         double const radius = 0.5 * config.sizes.draw(random);
         double const x = x0 + random.uniform(radius, cell_x - radius);
-        Vec<D> centre;
-        if constexpr (D == 2) {
-            centre = {x, up0 + random.uniform(radius, pitch - radius)};
-        } else {
-            double const y = y0 + random.uniform(radius, cell_y - radius);
-            centre = {x, y, up0 + random.uniform(radius, pitch - radius)};
-        }
+        double const y = D == 2 ? 0.0 : y0 + random.uniform(radius, cell_y - radius);
+        Vec<D> const centre = point<D>(x, y, up0 + random.uniform(radius, pitch - radius));
         bool const inside = fits(setup, centre, radius);
         if (inside) grains.add(centre, radius, config.density);
         misses = inside ? 0 : misses + 1;
@@ -108,10 +100,10 @@ Grains<D> scattered(Config const& config, Setup<D> const& setup, double fraction
     auto const count = static_cast<std::size_t>(config.column->count);
     Random random(config.column->seed);
     std::vector<double> radii(count);
-    double volume = 0.0, pi = std::numbers::pi;
+    double volume = 0.0;
     for (double& radius : radii) {
         radius = 0.5 * scale * config.sizes.draw(random);
-        volume += D == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius;
+        volume += volume_of<D>(radius);
     }
     std::sort(radii.begin(), radii.end(), std::greater<>());
     Footprint const f = footprint_of<D>(config);

@@ -1,6 +1,5 @@
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <string>
 #include <string_view>
@@ -17,12 +16,6 @@ using sluice::Reader;
 constexpr std::array<std::string_view, 3> names{"x", "y", "z"};
 constexpr sluice::Bounds lengths{.min = -1e6, .max = 1e6, .unit = "m"};
 
-std::string format(char const* pattern, double a, double b)
-{
-    char text[256];
-    std::snprintf(text, sizeof text, pattern, a, b);
-    return text;
-}
 std::string name_of(int axis)
 {
     return std::string(names[static_cast<std::size_t>(axis)]);

@@ -24,13 +24,6 @@ std::vector<std::string> shared_columns(std::vector<Gauge<D>> const& gauges)
     return with_time(columns);
 }
 
-//! A vector's numbers at the end of a list.
-template <class V>
-void append(std::vector<double>& to, V v)
-{
-    each_number(v, [&](double number) { to.push_back(number); });
-}
-
 //! The forces of contacts as columns: two points a contact, the centres of its grains or the grain's and the wall's.
 template <int D>
 struct Lines

@@ -1,6 +1,3 @@
-#include <cstdio>
-#include <string>
-
 #include "participants/dem/config_parts.hpp"
 
 namespace dem {
@@ -9,13 +6,6 @@ namespace {
 using sluice::Reader;
 
 constexpr sluice::Bounds lengths{.above = 1e-9, .max = 1e3, .unit = "m"};
-
-std::string format(char const* pattern, double a, double b)
-{
-    char text[256];
-    std::snprintf(text, sizeof text, pattern, a, b);
-    return text;
-}
 
 void check_range(Reader& r, char const* key, double low, double high)
 {

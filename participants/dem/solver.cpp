@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,8 +17,7 @@ namespace dem {
 template <int D>
 std::size_t Grains<D>::add(Vec<D> centre, double radius, double density, Motion<D> const& moves)
 {
-    double const pi = std::numbers::pi, r = radius;
-    double const m = density * (D == 2 ? pi * r * r : 4.0 / 3.0 * pi * r * r * r);
+    double const r = radius, m = density * volume_of<D>(r);
     id.push_back(static_cast<std::int64_t>(size()));
     place.push_back({centre, radius});
     motion.push_back(moves);
@@ -38,10 +36,7 @@ void check_inside(Setup<D> const& setup, Grains<D> const& g)
 {
     for (Wall<D> const& wall : setup.walls)
         for (std::size_t i = 0; i < g.size(); ++i) {
-            auto const at =
-                std::visit([&](auto const& shape) { return shape.facing(g.place[i].centre - wall.motion.shift(0.0)); },
-                           wall.shape);
-            sluice::require(at.distance > 0.0, [&] {
+            sluice::require(facing_at_start(wall, g.place[i].centre).distance > 0.0, [&] {
                 return sluice::Error(
                     "dem: the centre of grain " + std::to_string(g.id[i]) + " is behind wall \"" + wall.name +
                     "\" (must be on the side its normal points to). Turn the normal or move the grain.");

@@ -35,7 +35,8 @@ class Solver
     double time() const { return state_.time; }
     Energies energies() const { return dem::energies(setup_, state_); }
 
-    //! Replaces laws and gravity by those of another setup with the same walls (used while a packing is prepared).
+    //! Replaces laws, gravity and frame by those of another setup with the same walls (used while a packing is
+    //! prepared).
     void set_laws(Setup<D> const& from);
     //! Continues from a state that another solver of the same setup had (a checkpoint).
     void restore(State<D> state);

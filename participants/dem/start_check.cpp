@@ -11,19 +11,10 @@
 namespace dem {
 namespace {
 
-template <int D>
-Facing<D> facing(Wall<D> const& wall, Vec<D> centre)
-{
-    return std::visit([&](auto const& shape) { return shape.facing(centre - wall.motion.shift(0.0)); }, wall.shape);
-}
-
 //! Energy of a spring at this overlap [J].
 double energy_of(ContactConfig const& contact, double overlap, double effective_radius)
 {
-    ContactLaw const law = contact_law(contact);
-    if (contact.elasticity == Elasticity::linear)
-        return stiffness_at<Elasticity::linear>(law, overlap, effective_radius).energy;
-    return stiffness_at<Elasticity::hertz>(law, overlap, effective_radius).energy;
+    return stiffness_of(contact.elasticity, contact_law(contact), overlap, effective_radius).energy;
 }
 
 //! The contacts at the start: how deep, and what they hold.
@@ -62,7 +53,7 @@ void warn_of_overlaps(Config& config, Setup<D> const& setup, Grains<D> const& gr
     for (std::size_t w = 0; w < setup.walls.size(); ++w)
         for (std::size_t i = 0; i < grains.size(); ++i) {
             auto const& [centre, radius] = grains.place[i];
-            double const overlap = radius - facing(setup.walls[w], centre).distance;
+            double const overlap = radius - facing_at_start(setup.walls[w], centre).distance;
             if (overlap > 0.0)
                 found.add(0.5 * overlap / radius, energy_of(config.walls[w].contact, overlap, radius),
                           [&] { return "grain " + name(i) + " and wall \"" + setup.walls[w].name + "\""; });
@@ -83,7 +74,7 @@ void refuse_outside(sluice::Reader& r, char const* key, Setup<D> const& setup, G
     for (Wall<D> const& wall : setup.walls) {
         std::size_t count = 0, first = 0;
         for (std::size_t i = 0; i < grains.size(); ++i)
-            if (!(facing(wall, grains.place[i].centre).distance > 0.0) && count++ == 0) first = i;
+            if (!(facing_at_start(wall, grains.place[i].centre).distance > 0.0) && count++ == 0) first = i;
         if (count > 0)
             r.problem(key, "the centre of grain " + std::to_string(grains.id[first]) +
                                (count > 1 ? " (one of " + std::to_string(count) + ")" : "") + " is behind wall \"" +
@@ -137,9 +128,7 @@ void check_start(sluice::Reader& r, Config& config)
 {
     if (!r.diagnostics()->problems.empty()) return;
     char const* const key = config.column ? "column" : config.grains_from.empty() ? "grains" : "packing";
-    double largest = config.diameter_max;
-    for (GrainConfig const& g : config.grains) largest = std::max(largest, 2.0 * g.radius);
-    refuse_too_large(r, key, config, largest);
+    refuse_too_large(r, key, config, diameters(config).second);
     refuse_several_densities(r, config);
     if (config.grains.empty()) return;
     config.dimension == 2 ? check<2>(r, key, config) : check<3>(r, key, config);

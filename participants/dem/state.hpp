@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +25,14 @@ struct alignas(32) Place
     Vec<D> centre;        //!< [m]
     double radius = 0.0;  //!< [m]
 };
+
+//! Of a sphere [m3]; of a disc its area [m2].
+template <int D>
+constexpr double volume_of(double radius) noexcept
+{
+    double const pi = std::numbers::pi;
+    return D == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius;
+}
 
 //! How a grain moves.
 template <int D>
@@ -85,6 +94,13 @@ struct Wall
     ContactLaw law;
     double removed_at = std::numeric_limits<double>::infinity();  //!< [s]; a gate
 };
+
+//! What a wall is to a place when the run begins.
+template <int D>
+Facing<D> facing_at_start(Wall<D> const& wall, Vec<D> centre)
+{
+    return std::visit([&](auto const& shape) { return shape.facing(centre - wall.motion.shift(0.0)); }, wall.shape);
+}
 
 //! What a contact lost in the last step, for the energy ledger.
 template <int D>

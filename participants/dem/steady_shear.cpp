@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "participants/dem/measures.hpp"
 #include "participants/dem/stress.hpp"
 
 namespace dem {
@@ -14,14 +15,12 @@ namespace {
 template <int D>
 double inertia_of(Grains<D> const& g)
 {
-    double diameter = 0.0, mass = 0.0, volume = 0.0;
+    double mass = 0.0, volume = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        double const r = g.place[i].radius, pi = std::numbers::pi;
-        diameter += 2.0 * r / static_cast<double>(g.size());
         mass += g.mass[i];
-        volume += D == 2 ? pi * r * r : 4.0 / 3.0 * pi * r * r * r;
+        volume += volume_of<D>(g.place[i].radius);
     }
-    return diameter * std::sqrt(mass / volume);
+    return mean_diameter(g) * std::sqrt(mass / volume);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "participants/dem/contact_forces.hpp"
 #include "participants/dem/measures.hpp"
@@ -38,13 +37,6 @@ double part_within(Box<D> const& box, Vec<D> const& a, Vec<D> const& b)
         to = std::min(to, std::max(low / along, high / along));
     }
     return std::max(0.0, to - from);
-}
-
-template <int D>
-double volume_of(double radius)
-{
-    double const pi = std::numbers::pi;
-    return D == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius;
 }
 
 //! Calls `visit(shift, velocity)` for the grains' own places and those of all images of the cell.

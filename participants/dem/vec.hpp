@@ -86,6 +86,14 @@ Vec<D> operator-(Vec<D> const& a) noexcept
     return -1.0 * a;
 }
 
+//! A unit vector across an axis (a unit vector): any.
+inline Vec3 across(Vec3 axis) noexcept
+{
+    Vec3 const trial = std::abs(axis.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+    Vec3 const flat = trial - dot(trial, axis) * axis;
+    return (1.0 / norm(flat)) * flat;
+}
+
 //! The component against gravity, as scenes have it.
 template <int D>
 constexpr double up(Vec<D> const& a) noexcept

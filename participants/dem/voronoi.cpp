@@ -56,8 +56,7 @@ std::unique_ptr<voro::wall> hollow(Vec3 point, Vec3 axis, double radius)
 {
     constexpr int sides = 64;
     double const pi = std::numbers::pi, apothem = radius * std::sqrt(pi / (sides * std::tan(pi / sides)));
-    Vec3 const trial = std::abs(axis.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    Vec3 const flat = trial - dot(trial, axis) * axis, first = (1.0 / norm(flat)) * flat, second = cross(axis, first);
+    Vec3 const first = across(axis), second = cross(axis, first);
     std::vector<Side> prism;
     for (int k = 0; k < sides; ++k) {
         double const angle = 2.0 * pi * k / sides;
@@ -121,13 +120,6 @@ voro::container_poly container_of(Grains<D> const& g, double unit)
     auto const blocks = [&](double length) { return std::max(1, static_cast<int>(length / block)); };
     return {low.x, high.x, low.y, high.y, low.z, high.z, blocks(size.x), blocks(size.y), D == 2 ? 1 : blocks(size.z),
             false, false,  false, 8};
-}
-
-template <int D>
-double volume_of(double radius)
-{
-    double const pi = std::numbers::pi;
-    return D == 2 ? pi * radius * radius : 4.0 / 3.0 * pi * radius * radius * radius;
 }
 
 }  // namespace

@@ -54,11 +54,8 @@ struct Cylinder
     {
         if constexpr (D == 2)
             return {1.0, 0.0};
-        else {
-            Vec3 const trial = std::abs(axis.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-            Vec3 const flat = trial - dot(trial, axis) * axis;
-            return (1.0 / norm(flat)) * flat;
-        }
+        else
+            return across(axis);
     }
 };
 

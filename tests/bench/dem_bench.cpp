@@ -146,16 +146,7 @@ void column(std::size_t count, int steps, int repetitions)
 
     dem::Setup<3> theirs = liggghts::setup(side), plain = theirs, usual = theirs;
     plain.plain = true;
-    dem::ContactConfig law;
-    law.normal_stiffness = kn;
-    law.tangential_stiffness = kt;
-    law.damping_ratio = law.tangential_damping = 0.1;
-    law.friction = mu;
-    law.rolling = dem::Rolling::elastic_plastic;
-    law.rolling_friction = mu_r;
-    law.rolling_stiffness = 1.0;
-    law.rolling_damping = 0.3;
-    usual.law = dem::contact_law(law);
+    usual.law = dem::contact_law(laws(dem::Rolling::elastic_plastic));
     for (auto& wall : usual.walls) wall.law = usual.law;
     usual.absolute_damping = false;
     usual.features = {.friction = true, .rolling = dem::Rolling::elastic_plastic};

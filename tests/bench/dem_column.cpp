@@ -70,6 +70,21 @@ dem::Grains<3> settled(std::size_t count)
     return rest;
 }
 
+dem::ContactConfig laws(dem::Rolling rolling)
+{
+    dem::ContactConfig law;
+    law.normal_stiffness = liggghts::kn;
+    law.tangential_stiffness = liggghts::kt;
+    law.damping_ratio = law.tangential_damping = 0.1;
+    law.friction = liggghts::mu;
+    if (rolling == dem::Rolling::none) return law;
+    law.rolling = rolling;
+    law.rolling_friction = liggghts::mu_r;
+    law.rolling_stiffness = 1.0;
+    law.rolling_damping = 0.3;
+    return law;
+}
+
 double processor_time(int who)
 {
     rusage usage{};

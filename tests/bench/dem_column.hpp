@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "participants/dem/config.hpp"
 #include "participants/dem/solver.hpp"
 
 //! The settled column of spheres that the benchmark of grains measures, and how it is timed.
@@ -19,6 +20,9 @@ inline nlohmann::json results = nlohmann::json::array();
 double side_of(std::size_t grains);
 //! Spheres of 8 mm +- 10 % that came to rest from a loose lattice, kept for the next run.
 dem::Grains<3> settled(std::size_t count);
+
+//! The column's laws as our own scenes have them: dashpots by the damping ratio.
+dem::ContactConfig laws(dem::Rolling rolling = dem::Rolling::none);
 
 double processor_time(int who);  //!< of getrusage [s]
 double own_time();               //!< of the processor [s]

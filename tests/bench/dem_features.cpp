@@ -14,16 +14,6 @@ namespace {
 
 using Setup = dem::Setup<3>;
 
-dem::ContactConfig laws()
-{
-    dem::ContactConfig law;
-    law.normal_stiffness = liggghts::kn;
-    law.tangential_stiffness = liggghts::kt;
-    law.damping_ratio = law.tangential_damping = 0.1;
-    law.friction = liggghts::mu;
-    return law;
-}
-
 void set_law(Setup& s, dem::ContactConfig const& law)
 {
     s.law = dem::contact_law(law);
@@ -41,16 +31,6 @@ Setup base(double side)
     s.features = {.friction = true};
     set_law(s, laws());
     return s;
-}
-
-dem::ContactConfig rolling(dem::Rolling law)
-{
-    auto c = laws();
-    c.rolling = law;
-    c.rolling_friction = liggghts::mu_r;
-    c.rolling_stiffness = 1.0;
-    c.rolling_damping = 0.3;
-    return c;
 }
 
 //! As stiff as the linear contacts are at an overlap of 1 % of the radius.
@@ -86,8 +66,8 @@ std::vector<Feature> all_features(double side)
                  c.friction = 0.0;
                  set_law(s, c);
              }},
-            {"rolling: constant", [](Setup& s) { set_law(s, rolling(dem::Rolling::constant)); }},
-            {"rolling: elastic_plastic", [](Setup& s) { set_law(s, rolling(dem::Rolling::elastic_plastic)); }},
+            {"rolling: constant", [](Setup& s) { set_law(s, laws(dem::Rolling::constant)); }},
+            {"rolling: elastic_plastic", [](Setup& s) { set_law(s, laws(dem::Rolling::elastic_plastic)); }},
             {"law: hertz", [](Setup& s) { set_law(s, hertz()); }},
             {"a partner's loads", [](Setup& s) { s.loads = true; }},
             {"walls that move",
