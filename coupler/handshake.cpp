@@ -117,7 +117,7 @@ std::unique_ptr<Transport> open_transport(Scene const& scene, std::vector<Member
 //! a twentieth of the time waited later, so that a long wait costs next to nothing.
 milliseconds patience_after(Clock::duration waited)
 {
-    return std::clamp(std::chrono::duration_cast<milliseconds>(waited / 20), milliseconds(1), milliseconds(50));
+    return std::clamp(std::chrono::duration_cast<milliseconds>(waited / 20), milliseconds(1), milliseconds(200));
 }
 
 }  // namespace

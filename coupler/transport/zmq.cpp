@@ -31,6 +31,7 @@ class ZmqTransport final : public Transport
             sockets_.push_back(nullptr);
             calls_.emplace_back();
             calls_.back().is_ours = calls_.back().due = other && members.self > peer;
+            calls_someone_ = calls_someone_ || calls_.back().is_ours;
             slots_.push_back(nullptr);
             if (other) peers_.push_back(peer);
         }
@@ -76,7 +77,7 @@ class ZmqTransport final : public Transport
     {
         auto const deadline = Clock::now() + patience;
         for (auto left = Clock::duration(patience);; left = deadline - Clock::now()) {
-            if (!settled_) {
+            if (!settled_ && calls_someone_) {
                 call_those_due();
                 left = std::min<Clock::duration>(left, meeting_slice);
             }
@@ -256,7 +257,8 @@ class ZmqTransport final : public Transport
     std::shared_ptr<Received> spare_;     //!< for the next message
     std::unique_ptr<Door> door_;
     std::size_t turn_ = 0;
-    int wait_ = -1;  //!< ms, of await_only()
+    int wait_ = -1;               //!< ms, of await_only()
+    bool calls_someone_ = false;  //!< who only listens is woken by what comes
     bool settled_ = false;
 };
 

@@ -1,8 +1,10 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "participants/dem/checkpoint.hpp"
+#include "participants/dem/packing_file.hpp"
 #include "tests/participants/dem/scenes.hpp"
 
 using namespace unit;
@@ -114,6 +116,27 @@ TEST_CASE("frame: a restored solver continues bit for bit in the middle of the s
     dem::keep(a.state(), of_a);
     dem::keep(b.state(), of_b);
     CHECK(of_a == of_b);
+}
+
+TEST_CASE("frame: a column is prepared in the field of the centrifuge, which its walls then carry")
+{
+    // 15 g at the floor, the axis 0.5 m above: at half a column's height the field is 2 % less
+    double const top = 0.5, rate = std::sqrt(15 * 9.81 / top);
+    dem::Config c = dem::read_config(sluice::read_yaml(scene, "grains.yaml"), 2, {},
+                                     sluice::Rotation{{0.004, top, 0}, {0, 0, 1}, rate, 0, true, true, true});
+    CHECK(dem::settling_gravity(c).y == doctest::Approx(-15 * 9.81));
+    CHECK(dem::packing_file_name(c) != dem::packing_file_name(config()));
+    auto const packing = dem::pour_packing<2>(c);
+    CHECK(packing.kinetic_ratio <= dem::settled_kinetic_ratio);
+    for (auto& wall : c.walls) wall.removed_at = std::numeric_limits<double>::infinity();  // the gate stays
+    auto solver = dem::make_solver<2>(c, packing);
+    for (int k = 0; k < 2000; ++k) solver.step(c.step);
+    dem::Vec2 carried{}, field{};
+    for (auto const& wall : solver.state().walls) carried += wall.force;
+    auto const& g = solver.grains();
+    for (std::size_t i = 0; i < g.size(); ++i)
+        field += (g.mass[i] * rate * rate) * (g.place[i].centre - dem::Vec2{0.004, top});
+    CHECK(norm(carried + field) < 1e-3 * norm(field));  // the mark of D07 for a bed's weight
 }
 
 TEST_CASE("gravity that grows: a fall by its closed form, and a ledger that closes")
