@@ -160,6 +160,24 @@ void transpose(Pairs<D>& pairs, std::size_t grains)
     for (std::uint32_t slot = 0; slot < pairs.other.size(); ++slot) pairs.below[next[pairs.other[slot]]++] = slot;
 }
 
+//! A grain that has come so far into another would pass through it, and nothing would show (sweep D10).
+template <int D>
+void check_apart(State<D> const& state, Pairs<D> const& pairs, std::size_t i, std::size_t slot)
+{
+    Vec<D> const between = apart(state.grains, pairs, state.cell, i, slot);
+    std::size_t const j = pairs.other[slot];
+    double const one = state.grains.place[i].radius, other = state.grains.place[j].radius;
+    double const larger = std::max(one, other);
+    sluice::require(!(dot(between, between) < larger * larger), [&] {
+        auto const name = [&](std::size_t k) { return std::to_string(state.grains.id[k]); };
+        return sluice::Error("dem: the centre of grain " + name(one < other ? i : j) + " lies within grain " +
+                                 name(one < other ? j : i) + " at t = " + std::to_string(state.time) + " s, step " +
+                                 std::to_string(state.steps) +
+                                 " (grains would pass through each other). Try a larger normal_stiffness.",
+                             sluice::Exit::numerical);
+    });
+}
+
 template <int D>
 void rebuild_pairs(Setup<D> const& setup, State<D>& state)
 {
@@ -177,6 +195,7 @@ void rebuild_pairs(Setup<D> const& setup, State<D>& state)
         std::uint32_t from = old.first.empty() ? 0 : old.first[i];
         std::uint32_t const end = old.first.empty() ? 0 : old.first[i + 1];
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
+            check_apart(state, pairs, i, slot);
             double const other = mass[pairs.other[slot]];
             pairs.sqrt_mass[slot] = setup.absolute_damping ? 1.0 : std::sqrt(mass[i] * other / (mass[i] + other));
             while (from < end && old.other[from] < pairs.other[slot]) ++from;  // both rows are ascending

@@ -34,9 +34,10 @@ struct Overlaps
     }
 };
 
-//! Overlapping grains push each other apart: their elastic energy becomes motion (D08).
+//! Overlapping grains push each other apart: their elastic energy becomes motion (sweep D8). Where one's centre is
+//! within the other, nobody knows which way.
 template <int D>
-void warn_of_overlaps(Config& config, Setup<D> const& setup, Grains<D> const& grains)
+void check_overlaps(sluice::Reader& r, char const* key, Config& config, Setup<D> const& setup, Grains<D> const& grains)
 {
     std::vector<std::uint32_t> first, other;
     find_pairs(grains, 0.0, first, other);
@@ -46,7 +47,13 @@ void warn_of_overlaps(Config& config, Setup<D> const& setup, Grains<D> const& gr
         for (std::uint32_t slot = first[i]; slot < first[i + 1]; ++slot) {
             std::size_t const j = other[slot];
             auto const &a = grains.place[i], &b = grains.place[j];
-            double const reach = a.radius + b.radius, overlap = reach - norm(a.centre - b.centre);
+            double const reach = a.radius + b.radius, apart = norm(a.centre - b.centre), overlap = reach - apart;
+            if (apart < std::max(a.radius, b.radius)) {
+                r.problem(key, "the centre of grain " + name(a.radius < b.radius ? i : j) + " lies within grain " +
+                                   name(a.radius < b.radius ? j : i) +
+                                   " (must be outside). Move one of them, or leave it out.");
+                return;
+            }
             found.add(overlap / reach, energy_of(config.contact, overlap, a.radius * b.radius / reach),
                       [&] { return "grains " + name(i) + " and " + name(j); });
         }
@@ -119,7 +126,7 @@ void check(sluice::Reader& r, char const* key, Config& config)
     Setup<D> const setup = make_setup<D>(config);
     Grains<D> const grains = listed_grains<D>(config);
     refuse_outside(r, key, setup, grains);
-    if (r.diagnostics()->problems.empty()) warn_of_overlaps(config, setup, grains);
+    if (r.diagnostics()->problems.empty()) check_overlaps(r, key, config, setup, grains);
 }
 
 }  // namespace

@@ -329,3 +329,50 @@ TEST_CASE("centrifuge_column: against the rotation the Coriolis part lifts the f
     CHECK(far.at("8.530026") > 1.02 * far.at("-8.530026"));
     CHECK(far.at("-8.530026") > 1.3);
 }
+
+TEST_CASE("sweep D5: with 2 to 500 steps of the grains in one of the fluid a disc sinks and lands alike")
+{
+    in_threads::Scratch scratch;
+    auto const scene = scratch.path() / "disc.yaml";
+    std::ofstream(scene) << R"(sluice: 1
+dimension: 2
+gravity: [0, -9.81]
+time: {end: 0.25, window: auto}
+participants:
+  grains:
+    solver: dem
+    config:
+      density: 1250
+      contact: {normal_stiffness: 5.0e+4, damping_ratio: 0.2, friction: 0.3}
+      grains: [{position: [0.006, 0.008], radius: 0.001}]
+      walls: [{name: floor, point: [0, 0], normal: [0, 1]}]
+      buoyancy: {density: 1000}
+  water:
+    solver: lbm
+    config:
+      domain: {origin: [0, 0], size: [0.012, 0.014]}
+      cell: 2.0e-4
+      density: 1000
+      viscosity: 1.0e-5
+      max_velocity: 0.1
+      lattice_velocity: 0.1
+couplings:
+  - {from: grains, to: water, data: kinematics}
+  - {from: water, to: grains, data: load, lag: 1}
+output: {interval: 0.25, series: 0.001}
+)";
+    std::map<int, std::vector<double>> height;
+    for (int const steps : {500, 100, 44, 15, 5, 2}) {
+        auto const out = scratch.path() / std::to_string(steps);
+        REQUIRE(run(scene, out, {"participants.grains.config.step=" + fmt::format("{}", 2e-4 / steps)}).exit == 0);
+        height[steps] = read_table(out / "grains.csv").at("centre_y [m]");
+        REQUIRE(height[steps].size() == height[500].size());
+        double most = 0;
+        for (std::size_t k = 0; k < height[500].size(); ++k)
+            most = std::max(most, std::abs(height[steps][k] - height[500][k]));
+        CHECK(most < 0.01 * (0.008 - 0.001));  // the catalogue: 1 %
+    }
+    CHECK(height[500].back() == doctest::Approx(0.001).epsilon(0.01));  // it has landed
+    // one step of the grains to a window of the fluid is longer than t_c/5 here
+    CHECK(run(scene, scratch.path() / "one", {"participants.grains.config.step=2e-4"}).exit == 2);
+}

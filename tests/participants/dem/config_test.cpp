@@ -87,7 +87,10 @@ TEST_CASE("config: overlaps of listed grains are stated with their energy")
     CHECK(pair("0.002").warnings.empty());
     REQUIRE(pair("0.001").warnings.size() == 1);
     CHECK(pair("0.001").warnings[0].find("up to 0.5 of a diameter; the contacts hold 0.5 J") != std::string::npos);
-    CHECK(pair("0").warnings.size() == 1);
+    for (char const* within : {"0.0009", "0"})
+        CHECK_THROWS_WITH_AS(pair(within),
+                             doctest::Contains("grains.yaml:3:1: grains: the centre of grain 1 lies within grain 0"),
+                             sluice::Error);
 }
 
 TEST_CASE("config: each mistake gives one clear message")

@@ -62,15 +62,19 @@ inline constexpr double sphere_radius = 4e-3;
 inline constexpr double sphere_mass = 2650.0 * std::numbers::pi / 6.0 * 8e-3 * 8e-3 * 8e-3;
 
 //! A column of discs of 1 to 1.8 mm as in the collapse scenes.
+inline std::string column_text(int count, double aspect_ratio, double packing_friction = 0.1)
+{
+    return "density: 2650\ndiameter: {min: 1.0e-3, max: 1.8e-3}\n"
+           "contact: {normal_stiffness: 1e6, damping_ratio: 0.2, tangential_damping: 0.2, friction_angle: 26}\n"
+           "walls:\n  - {name: floor, point: [0, 0], normal: [0, 1]}\n  - {name: back, point: [0, 0], normal: [1, 0]}\n"
+           "column: {count: " +
+           std::to_string(count) + ", aspect_ratio: " + std::to_string(aspect_ratio) +
+           ", packing_friction: " + std::to_string(packing_friction) + "}\n";
+}
+
 inline dem::Config column(int count, double aspect_ratio, double packing_friction = 0.1)
 {
-    std::string const text =
-        "density: 2650\ndiameter: {min: 1.0e-3, max: 1.8e-3}\n"
-        "contact: {normal_stiffness: 1e6, damping_ratio: 0.2, tangential_damping: 0.2, friction_angle: 26}\n"
-        "walls:\n  - {name: floor, point: [0, 0], normal: [0, 1]}\n  - {name: back, point: [0, 0], normal: [1, 0]}\n"
-        "column: {count: " +
-        std::to_string(count) + ", aspect_ratio: " + std::to_string(aspect_ratio) +
-        ", packing_friction: " + std::to_string(packing_friction) + "}\n";
+    auto const text = column_text(count, aspect_ratio, packing_friction);
     return dem::read_config(sluice::read_yaml(text, "column.yaml"), 2, {0.0, -9.81, 0.0});
 }
 
