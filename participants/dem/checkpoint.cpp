@@ -195,6 +195,9 @@ void visit(Walk& walk, AnyState& s)
     walk("cell/built_offset", s.cell.built_offset);
     walk("cell/built_height", s.cell.built_height);
     for (std::size_t k = 0; k < s.cell.pull.size(); ++k) walk("cell/pull_" + std::to_string(k), s.cell.pull[k]);
+    walk("rest/asleep", s.rest.asleep);
+    walk("rest/slow_since", s.rest.slow_since);
+    walk("rest/load", s.rest.load);
     walk("booked/normal_dashpot", s.booked.normal_dashpot);
     walk("booked/tangential_dashpot", s.booked.tangential_dashpot);
     walk("booked/sliding", s.booked.sliding);
@@ -233,9 +236,12 @@ bool is_consistent(State<D> const& s, std::size_t grains, Features const& featur
                std::ranges::all_of(partner, [&](auto i) { return i < grains; });
     };
     Pairs<D> const& p = s.pairs;
-    return each_grain.ok && sized(s.grains.id, grains) && sized(s.built, grains) && sized(p.first, grains + 1) &&
-           p.first.front() == 0 && p.first.back() == p.other.size() && std::ranges::is_sorted(p.first) &&
-           sized(p.sqrt_mass, p.other.size()) && contacts(p.history, p.other) &&
+    Rest<D> const& rest = s.rest;
+    std::size_t const looked_at = rest.asleep.empty() ? 0 : grains;
+    return each_grain.ok && sized(rest.asleep, looked_at) && sized(rest.slow_since, looked_at) &&
+           sized(rest.load, looked_at) && sized(s.grains.id, grains) && sized(s.built, grains) &&
+           sized(p.first, grains + 1) && p.first.front() == 0 && p.first.back() == p.other.size() &&
+           std::ranges::is_sorted(p.first) && sized(p.sqrt_mass, p.other.size()) && contacts(p.history, p.other) &&
            sized(p.image, features.periodic ? p.other.size() : 0) &&
            std::ranges::all_of(p.image, [](auto image) { return image < image_count<D>; }) &&
            std::ranges::all_of(s.walls, [&](WallContacts<D> const& w) { return contacts(w.history, w.grain); });

@@ -370,6 +370,7 @@ Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::
         ramp->finish();
     }
     read_periodic(r, config);
+    read_lubrication(r, config);
     read_matter(r, config);
     if (auto buoyancy = r.child_if("buoyancy")) {
         config.fluid_density = buoyancy->number("density", {.above = 0.0, .max = 1e5, .unit = "kg/m3"});
@@ -377,6 +378,8 @@ Config read_config(Reader r, int dimension, Vec3 gravity, std::optional<sluice::
     }
     config.measures = read_measures(r, config);
     read_step(r, config);
+    check_lubrication(r, config);
+    read_sleep(r, config);
     check_periodic(r, config);
     read_averages(r, config);
     check_start(r, config);

@@ -12,6 +12,7 @@
 #include "participants/dem/measure_config.hpp"
 #include "participants/dem/periodic_cell.hpp"
 #include "participants/dem/sizes.hpp"
+#include "participants/dem/state.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
 
@@ -107,12 +108,14 @@ struct AverageConfig
 struct Config
 {
     int dimension = 2;
-    Vec3 gravity;                                   //!< [m/s2]
-    Vec3 first_gravity;                             //!< at t = 0, where it changes
-    double gravity_ramp = 0.0;                      //!< time in which it becomes `gravity`, evenly [s]
-    std::optional<sluice::Rotation> rotation;       //!< of the frame of reference; absent: inertial
-    double density = 0.0;                           //!< [kg/m3]
-    double fluid_density = 0.0;                     //!< of the buoyancy [kg/m3]; 0: dry
+    Vec3 gravity;                              //!< [m/s2]
+    Vec3 first_gravity;                        //!< at t = 0, where it changes
+    double gravity_ramp = 0.0;                 //!< time in which it becomes `gravity`, evenly [s]
+    std::optional<sluice::Rotation> rotation;  //!< of the frame of reference; absent: inertial
+    double density = 0.0;                      //!< [kg/m3]
+    double fluid_density = 0.0;                //!< of the buoyancy [kg/m3]; 0: dry
+    Lubrication lubrication;
+    Sleep sleep;
     double diameter_min = 0.0, diameter_max = 0.0;  //!< of a column [m]
     Sizes sizes;                                    //!< of a column
     ContactConfig contact;

@@ -16,6 +16,12 @@ void read_density(sluice::Reader& reader, Config& config);
 //! `diameter`: the sizes of a column's grains.
 void read_diameter(sluice::Reader reader, Config& config);
 
+//! `lubrication`: the films of fluid in narrow gaps; once grains and step are known, whether the step resolves them.
+void read_lubrication(sluice::Reader& reader, Config& config);
+void check_lubrication(sluice::Reader& reader, Config& config);
+//! `sleep`: grains at rest are left alone. After all that could set them in motion, and the step.
+void read_sleep(sluice::Reader& reader, Config& config);
+
 //! Looks at grains whose places are given: none behind a wall or too large for where it is (mistakes), overlaps
 //! (warnings).
 void check_start(sluice::Reader& reader, Config& config);

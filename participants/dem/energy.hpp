@@ -15,11 +15,11 @@ struct Energies
     double elastic_normal = 0.0;
     double elastic_tangential = 0.0;
     double elastic_rolling = 0.0;
-    double normal_dashpot = 0.0;      //!< dissipated
+    double normal_dashpot = 0.0;      //!< dissipated, also by films of fluid in narrow gaps
     double tangential_dashpot = 0.0;  //!< dissipated
     double sliding = 0.0;             //!< dissipated, with what is left in a spring whose contact opens
     double rolling = 0.0;             //!< dissipated by the resistance to rolling
-    double removed_walls = 0.0;       //!< elastic energy that vanished with walls
+    double removed_walls = 0.0;       //!< elastic energy that vanished with walls, and with grains that fell asleep
     double touch = 0.0;               //!< lost by the step's finite length where contacts begin and end; < 0: made
     double external_work = 0.0;       //!< done on the grains by the external forces (the fluid)
     double wall_work = 0.0;           //!< done on the grains by moving walls

@@ -106,8 +106,10 @@ Times times_of(Config const& dry, double gravity)
 template <int D>
 Packing<D> pour_packing(Config const& config, Progress const& progress)
 {
-    Config dry = config;  // buoyancy, gates and moving walls belong to the run
+    Config dry = config;  // the fluid, gates, moving walls and sleep belong to the run
     dry.fluid_density = 0.0;
+    dry.lubrication = {};
+    dry.sleep = {};
     dry.gravity = settling_gravity(config);
     dry.gravity_ramp = 0.0;
     dry.rotation.reset();

@@ -51,7 +51,9 @@ Setup<D> make_setup(Config const& config, Ledger ledger)
         f.friction = f.friction || wall.contact.friction > 0.0;
     }
     if (f.scheme == Scheme::liggghts) f.friction = true;  // the only variant that is compiled
-    setup.skin = list_reach(diameters(config).first);
+    setup.lubrication = config.lubrication;
+    setup.sleep = config.sleep;
+    setup.skin = list_reach(diameters(config).first) + config.lubrication.cutoff;
     f.periodic = config.periodic.any();
     for (std::size_t k = 0; k < D; ++k) setup.periodic.axis[k] = config.periodic.axis[k];
     setup.periodic.low = to_dimension<D>(config.periodic.low);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "coupler/base/error.hpp"
+#include "participants/dem/film.hpp"
 #include "participants/dem/half_step.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "participants/dem/stress.hpp"
@@ -92,12 +93,48 @@ void Solver<D>::derive()
     }
 }
 
+//! The forces at the end of a step of dt.
+template <int D>
+void Solver<D>::evaluate(double dt)
+{
+    evaluate_(setup_, state_, dt, team_.get());
+    if (setup_.lubrication.any()) add_films(setup_, state_, dt);
+}
+
 //! The forces as they are, without a step.
 template <int D>
 void Solver<D>::evaluate_again()
 {
-    evaluate_(setup_, state_, 0.0, team_.get());
-    if (setup_.features.ledger) evaluate_lossy_power(setup_, state_);
+    evaluate(0.0);
+    if (setup_.features.ledger) evaluate_power();
+}
+
+template <int D>
+void Solver<D>::evaluate_power()
+{
+    evaluate_lossy_power(setup_, state_);
+    if (setup_.lubrication.any()) state_.power.normal += power_of_films(setup_, state_);
+}
+
+//! The lists, of all grains; then without those that sleep.
+template <int D>
+void Solver<D>::rebuild()
+{
+    take_back(setup_, state_);
+    rebuild_lists(setup_, state_);
+    put_aside(setup_, state_);
+}
+
+//! Before a step.
+template <int D>
+void Solver<D>::let_sleep()
+{
+    if (state_.steps % steps_between_looks == 0) {
+        bool const woke = look_for_sleepers(setup_, state_);
+        if (woke) evaluate_again();
+        if (!woke && setup_.features.ledger) evaluate_power();  // of those that came to rest
+    }
+    if (!state_.rest.apart) put_aside(setup_, state_);
 }
 
 template <int D>
@@ -114,7 +151,10 @@ void Solver<D>::remove_walls(double now)
         state_.walls[w].active = false;
         removed = true;
     }
-    if (removed) evaluate_again();
+    if (!removed) return;
+    take_back(setup_, state_);
+    wake_all(state_);
+    evaluate_again();
 }
 
 //! Whether a wall has come nearer by half a skin since the lists were built: the grains have the other half.
@@ -124,7 +164,7 @@ bool Solver<D>::walls_have_moved() const
     for (std::size_t w = 0; w < setup_.walls.size(); ++w) {
         if (!state_.walls[w].active || !setup_.walls[w].motion.moves()) continue;
         Vec<D> const since = state_.walls[w].shift - state_.walls[w].built_shift;
-        if (!(dot(since, since) <= 0.25 * setup_.skin * setup_.skin)) return true;
+        if (!(dot(since, since) <= 0.25 * setup_.slack() * setup_.slack())) return true;
     }
     return false;
 }
@@ -158,14 +198,16 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
 {
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
-    double const free = 0.5 * (setup_.skin - moved_since_built(setup_.periodic, state_.cell));
+    double const free = 0.5 * (setup_.slack() - moved_since_built(setup_.periodic, state_.cell));
     double const near = free > 0.0 ? free * free : -1.0, far = smallest_radius_ * smallest_radius_;
     bool const predicts = setup_.features.scheme == Scheme::predicted;
     auto const load_on = loads();
     std::atomic<bool> any_moved = false, any_fast = false;
+    auto const* const asleep = state_.rest.apart ? state_.rest.asleep.data() : nullptr;
     share([&, first, second](std::size_t from, std::size_t to) {
         std::size_t moved = 0, fast = 0;
         for (std::size_t i = from; i < to; ++i) {
+            if (asleep && asleep[i] != 0U) continue;
             Load<D> const load = load_on(i);
             Vec<D> const kick = first.fall(g.place[i].centre) + (half * per_mass_[i]) * load.force;
             Spin<D> const turn = first.twist((half * per_inertia_[i]) * load.torque);
@@ -192,7 +234,7 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
     });
     for (std::size_t w = 0; w < setup_.walls.size(); ++w)
         if (setup_.walls[w].motion.moves()) state_.walls[w].shift = setup_.walls[w].motion.shift(state_.time + dt);
-    if (any_moved || walls_have_moved()) rebuild_lists(setup_, state_);
+    if (any_moved || walls_have_moved()) rebuild();
 }
 
 //! Moves the images of the cell; the work of the first half of the step is booked.
@@ -227,8 +269,10 @@ void Solver<D>::kick(double dt, Half const& second)
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
     auto const load_on = loads();
+    auto const* const asleep = state_.rest.apart ? state_.rest.asleep.data() : nullptr;
     share([&, second](std::size_t from, std::size_t to) {
         for (std::size_t i = from; i < to; ++i) {
+            if (asleep && asleep[i] != 0U) continue;
             Motion<D> const& h = g.half[i];
             Load<D> const load = load_on(i);
             g.motion[i] = {
@@ -246,7 +290,7 @@ void Solver<D>::book_step(double dt)
 {
     Grains<D> const& g = state_.grains;
     LossyPower const before = state_.power;
-    evaluate_lossy_power(setup_, state_);
+    evaluate_power();
     LossyPower const& now = state_.power;
     state_.booked.normal_dashpot += 0.5 * dt * (before.normal + now.normal);
     state_.booked.tangential_dashpot += 0.5 * dt * (before.tangential + now.tangential);
@@ -290,7 +334,7 @@ template <class Half>
 void Solver<D>::advance(double dt, Half const& first, Half const& second)
 {
     drift(dt, first, second);
-    evaluate_(setup_, state_, dt, team_.get());
+    evaluate(dt);
     kick(dt, second);
 }
 
@@ -300,6 +344,7 @@ void Solver<D>::step(double dt)
     std::optional<sluice::Team::Awake> awake;
     if (team_) awake.emplace(*team_);
     remove_walls(state_.time + 0.5 * dt);  // a removal time belongs to the nearest step
+    if (setup_.sleep.any()) let_sleep();
     move_cell(dt);
     double const now = state_.time;
     if (setup_.frame)

@@ -5,7 +5,7 @@
 
 #include "participants/dem/contacts.hpp"
 #include "participants/dem/energy.hpp"
-#include "participants/dem/state.hpp"
+#include "participants/dem/sleep.hpp"
 
 namespace dem {
 
@@ -29,11 +29,16 @@ class Solver
     void step(double dt);
 
     Setup<D> const& setup() const { return setup_; }
-    State<D> const& state() const { return state_; }
+    //! The list of pairs is whole: those between grains that sleep are in it, too.
+    State<D> const& state() const
+    {
+        take_back(setup_, state_);
+        return state_;
+    }
     Grains<D>& grains() { return state_.grains; }
     Grains<D> const& grains() const { return state_.grains; }
     double time() const { return state_.time; }
-    Energies energies() const { return dem::energies(setup_, state_); }
+    Energies energies() const { return dem::energies(setup_, state()); }
 
     //! Replaces laws, gravity and frame by those of another setup with the same walls (used while a packing is
     //! prepared).
@@ -58,10 +63,14 @@ class Solver
     double work_of_field(double dt) const;
     void book_step(double dt);
     void book_cell(double dt);
+    void evaluate(double dt);
     void evaluate_again();
+    void evaluate_power();
+    void rebuild();
+    void let_sleep();
 
     Setup<D> setup_;
-    State<D> state_;
+    mutable State<D> state_;              //!< mutable: whether its list is whole is nobody's business
     std::shared_ptr<sluice::Team> team_;  //!< shared by copies, which take turns; null: one thread
     Evaluate<D> evaluate_ = nullptr;
     double smallest_radius_ = 0.0;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "participants/dem/laws.hpp"
+#include "participants/dem/lubrication.hpp"
 #include "participants/dem/periodic_cell.hpp"
 #include "participants/dem/vec.hpp"
 #include "participants/dem/wall_shape.hpp"
@@ -181,7 +182,7 @@ struct Booked
     double external_work = 0.0;  //!< done on the grains by the external forces
     double wall_work = 0.0;      //!< done on the grains by moving walls and images
     double field_work = 0.0;     //!< done on the grains by gravity or a frame that changes
-    double removed_walls = 0.0;  //!< elastic energy that vanished with walls
+    double removed_walls = 0.0;  //!< elastic energy that vanished with walls; kinetic energy of grains that fell asleep
     double touch = 0.0;          //!< lost (> 0) or made (< 0) because contacts begin and end within a step
 };
 
@@ -208,6 +209,26 @@ struct Crossing
     Vec<D> sped;   //!< with the images [m/s]
 };
 
+//! When grains may sleep (sleep.hpp).
+struct Sleep
+{
+    double speed = 0.0;  //!< below which a grain is at rest; with it R |w| [m/s]
+    double time = 0.0;   //!< for which it has been [s]; 0: grains do not sleep
+
+    bool any() const noexcept { return time > 0.0; }
+};
+
+//! Who sleeps.
+template <int D>
+struct Rest
+{
+    std::vector<std::uint32_t> asleep;  //!< 1: yes; empty before the first look
+    std::vector<double> slow_since;     //!< [s]
+    std::vector<Load<D>> load;          //!< external, when the grain fell asleep
+    Pairs<D> pairs;                     //!< between two that sleep; only within a step
+    bool apart = false;                 //!< whether they are here and not in the list that is computed
+};
+
 //! What changes during a run.
 template <int D>
 struct State
@@ -222,6 +243,8 @@ struct State
     Cell<D> cell;  //!< periodic scenes only
     Booked booked;
     LossyPower power;
+    Rest<D> rest;                        //!< scenes whose grains may sleep only
+    std::vector<double> films;           //!< of narrow gaps, at the last evaluation [N] (film.hpp)
     std::vector<Push<D>> pushes;         //!< empty between steps
     std::vector<Crossing<D>> crossings;  //!< empty between steps
 };
@@ -250,11 +273,13 @@ struct Setup
     ContactLaw law;                                //!< between grains
     std::vector<Wall<D>> walls;
     Periodic<D> periodic;
-    double skin = 0.0;              //!< reach of the neighbour list beyond contact [m]
+    double skin = 0.0;              //!< reach of the neighbour list beyond contact, the films' cutoff in it [m]
     bool absolute_damping = false;  //!< dashpots in N s/m, whatever the masses (LIGGGHTS' order only)
-    bool loads = true;              //!< somebody may set grains.external
-    int threads = 1;                //!< that share the loops over spheres
-    bool plain = false;             //!< pairs one at a time: the oracle of the packed loop
+    Lubrication lubrication;
+    Sleep sleep;
+    bool loads = true;   //!< somebody may set grains.external
+    int threads = 1;     //!< that share the loops over spheres
+    bool plain = false;  //!< pairs one at a time: the oracle of the packed loop
     Features features;
 
     Vec<D> gravity_at(double time) const
@@ -262,6 +287,8 @@ struct Setup
         if (!(time < gravity_ramp)) return gravity;
         return first_gravity + (time / gravity_ramp) * (gravity - first_gravity);
     }
+    //! How far grains may come nearer before the lists are to be built again [m].
+    double slack() const { return skin - lubrication.cutoff; }
     //! Whether gravity or the frame is on its way to what it will be.
     bool field_changes(double time) const { return time < gravity_ramp || (frame && frame->changes(time)); }
 };
