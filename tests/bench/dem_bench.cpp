@@ -1,9 +1,9 @@
 //! Speed of spheres in a dense settled column beside the real LIGGGHTS and LAMMPS (Debian's packages; without them
 //! their lines are left out): the same grains, walls, step and, for LIGGGHTS, the same laws. Prints a table; `--json
 //! FILE` writes a list of {case, metric, value, unit, against, ratio}; `--small`: a smoke run; `--large`: 100 000
-//! grains, too. Times are processor time, a peer's by the difference of a long and a short run: other work on the
-//! machine then counts less; on two cores it is the wall's. All run one after another in each repetition; the table has
-//! the medians.
+//! grains, and a collapse by the step, too. Times are processor time, a peer's by the difference of a long and a short
+//! run: other work on the machine then counts less; on two cores it is the wall's. All run one after another in each
+//! repetition; the table has the medians.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -233,11 +233,16 @@ int main(int argc, char** argv)
         if (small) {
             column(300, 3000, 1);
             features(300, 300, 1);
+            impact_errors();
         } else {
             column(2500, 2000, 5);
             features(2500, 1000, 5);
             column(20000, 250, 5);
-            if (large) column(100000, 50, 5);
+            impact_errors();
+            if (large) {
+                column(100000, 50, 5);
+                run_out_errors();
+            }
         }
     } catch (std::exception const& e) {
         std::fprintf(stderr, "%s\n", e.what());

@@ -35,4 +35,9 @@ double median(std::vector<double> values);
 //! Prints what each feature of a scene costs, what a contact costs and how near that is to the machine's limits.
 void features(std::size_t count, int steps, int repetitions);
 
+//! Prints error and time of oblique impacts (D03) by the step, in our order of things and in LIGGGHTS'.
+void impact_errors();
+//! Prints run-out and time of a column of 3000 discs (D11) by the step: minutes.
+void run_out_errors();
+
 }  // namespace dem_bench

@@ -52,34 +52,6 @@ Rebound converged(double angle, double inertia_factor, double alpha_n, double al
     return {vn, vt, spin};
 }
 
-Rebound impact(double angle, double inertia_factor, double alpha_n, double alpha_t, double dt, double phase)
-{
-    dem::Setup<2> s =
-        setup<2>({.stiffness = stiffness, .damping_ratio = alpha_n, .tangential_damping = alpha_t, .friction = mu});
-    add_wall(s, {0.0, 0.0}, {0.0, 1.0});
-    dem::Grains<2> g;
-    add_body(g, {0.0, sphere_radius + phase * dt * std::cos(angle)}, sphere_radius, sphere_mass, inertia_factor,
-             {{std::sin(angle), -std::cos(angle)}, 0.0});
-    dem::Solver<2> solver(s, g);
-    solver.step(dt);
-    while (solver.grains().place[0].centre.y < sphere_radius || solver.time() < 2.5 * dt) solver.step(dt);
-    return {solver.grains().motion[0].velocity.y, solver.grains().motion[0].velocity.x, solver.grains().motion[0].spin};
-}
-
-//! Worst error over 8 phases.
-double error_of(Rebound const& reference, double angle, double inertia_factor, double alpha_n, double alpha_t,
-                double steps)
-{
-    double const dt = std::numbers::pi * std::sqrt(sphere_mass / stiffness) / steps;
-    double worst = 0.0;
-    for (int k = 0; k < 8; ++k) {
-        Rebound const r = impact(angle, inertia_factor, alpha_n, alpha_t, dt, (k + 0.5) / 8.0);
-        worst = std::max({worst, std::abs(r.vn - reference.vn), std::abs(r.vt - reference.vt),
-                          std::abs(r.spin - reference.spin) * sphere_radius});
-    }
-    return worst;
-}
-
 void check(char const* what, double angle, Rebound const& reference, double inertia_factor, double alpha_n,
            double alpha_t)
 {

@@ -3,12 +3,10 @@
 #include <cmath>
 #include <map>
 #include <string>
-#include <vector>
 
-#include "coupler/scene/scene.hpp"
 #include "participants/dem/measures.hpp"
 #include "tests/support/verification.hpp"
-#include "tests/verification/dem/scenes.hpp"
+#include "tests/verification/dem/run_out.hpp"
 
 //! D11: run-out of dry columns of 3000 discs, configs/run_out.yaml, against the discrete elements of Kumar's thesis
 //! (file D11_column_collapse_2d.csv, DEM_random: the same grains and frictions) and the experiments that it shows.
@@ -20,19 +18,10 @@ struct Collapse
     double largest_overlap;  //!< / mean diameter
 };
 
-dem::Config column_of(double aspect_ratio)
-{
-    std::vector<std::string> const settings{"participants.grains.config.column.aspect_ratio=" +
-                                            std::to_string(aspect_ratio)};
-    auto const loaded = sluice::load_scene(std::filesystem::path(CONFIGS) / "run_out.yaml", settings);
-    auto const& g = loaded.scene.gravity;
-    return dem::read_config(loaded.configs.at(0), loaded.scene.dimension, {g[0], g[1], g[2]});
-}
-
 Collapse collapse(double aspect_ratio)
 {
-    auto config = column_of(aspect_ratio);
-    config.loads = false;
+    auto const config = verification::column_of(
+        "run_out.yaml", {"participants.grains.config.column.aspect_ratio=" + std::to_string(aspect_ratio)});
     auto solver = dem::make_solver<2>(config, dem::pour_packing<2>(config));
     auto const before = dem::measure(solver);
     double const time_scale = std::sqrt(before.height / norm(config.gravity));
@@ -40,22 +29,6 @@ Collapse collapse(double aspect_ratio)
     while (solver.time() < 7 * time_scale) solver.step(config.step);
     auto const after = dem::measure(solver);
     return {after.front / before.front - 1, after.largest_overlap};
-}
-
-//! Slope of log y over log x by least squares.
-double exponent(std::map<double, double> const& points, double from, double to)
-{
-    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-    for (auto const& [a, run_out] : points) {
-        if (a < from || a > to) continue;
-        double const u = std::log(a), v = std::log(run_out);
-        n += 1;
-        x += u;
-        y += v;
-        xx += u * u;
-        xy += u * v;
-    }
-    return (n * xy - x * y) / (n * xx - x * x);
 }
 
 }  // namespace
@@ -84,7 +57,7 @@ TEST_CASE("D11: run-out of dry columns, a = 0.2 to 10" * doctest::skip())
              nearer ? std::abs(c.run_out / measured - 1) : of_thesis, a <= 2 ? 0.15 : 0.2, watch.seconds()}));
         CHECK(c.largest_overlap < 0.01);  // hard enough
     }
-    double const low = exponent(ours, 0.2, 2), high = exponent(ours, 4, 10);
+    double const low = verification::exponent(ours, 0.2, 2), high = verification::exponent(ours, 4, 10);
     CHECK(verification::report(
         {"D11", "exponent, a = 0.2 to 2 (0.9 to 1.15)", low, 1.025, std::abs(low - 1.025), 0.125, whole.seconds()}));
     CHECK(verification::report(

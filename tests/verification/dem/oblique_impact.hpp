@@ -1,5 +1,12 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "participants/dem/solver.hpp"
+#include "tests/verification/dem/scenes.hpp"
+
 //! The tables of D03, oblique impact of a sphere on a wall at v0 = 1 m/s: benchmark files D03a (alpha_n = 0.08, alpha_t
 //! = 0.5) and D03b (undamped), converged solutions.
 namespace scenes {
@@ -38,5 +45,37 @@ inline constexpr Row undamped[] = {
     {70, 0.3420201433, 0.5976734366, -213.7619901, 0.5976724775},
     {80, 0.1736481776, 0.8111595754, -108.530111, 0.8111595754},
 };
+
+//! A body of inertia factor I* that meets a wall at 1 m/s, `angle` off the normal [rad], `phase` of a step after its
+//! start.
+inline Rebound impact(double angle, double inertia_factor, double alpha_n, double alpha_t, double dt, double phase,
+                      dem::Scheme scheme = dem::Scheme::predicted)
+{
+    dem::Setup<2> s =
+        setup<2>({.stiffness = stiffness, .damping_ratio = alpha_n, .tangential_damping = alpha_t, .friction = mu});
+    s.features.scheme = scheme;
+    add_wall(s, {0.0, 0.0}, {0.0, 1.0});
+    dem::Grains<2> g;
+    add_body(g, {0.0, sphere_radius + phase * dt * std::cos(angle)}, sphere_radius, sphere_mass, inertia_factor,
+             {{std::sin(angle), -std::cos(angle)}, 0.0});
+    dem::Solver<2> solver(s, g);
+    solver.step(dt);
+    while (solver.grains().place[0].centre.y < sphere_radius || solver.time() < 2.5 * dt) solver.step(dt);
+    return {solver.grains().motion[0].velocity.y, solver.grains().motion[0].velocity.x, solver.grains().motion[0].spin};
+}
+
+//! Largest of |v' - v'_ref|/v0 for v_n, v_t and omega R, worst of 8 phases of the first touch in a step.
+inline double error_of(Rebound const& reference, double angle, double inertia_factor, double alpha_n, double alpha_t,
+                       double steps, dem::Scheme scheme = dem::Scheme::predicted)
+{
+    double const dt = std::numbers::pi * std::sqrt(sphere_mass / stiffness) / steps;
+    double worst = 0.0;
+    for (int k = 0; k < 8; ++k) {
+        Rebound const r = impact(angle, inertia_factor, alpha_n, alpha_t, dt, (k + 0.5) / 8.0, scheme);
+        worst = std::max({worst, std::abs(r.vn - reference.vn), std::abs(r.vt - reference.vt),
+                          std::abs(r.spin - reference.spin) * sphere_radius});
+    }
+    return worst;
+}
 
 }  // namespace scenes
