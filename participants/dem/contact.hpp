@@ -133,7 +133,7 @@ struct Forces
 struct Books
 {
     double normal_dashpot = 0.0, tangential_dashpot = 0.0, sliding = 0.0, rolling = 0.0, touch = 0.0;
-    double of_images = 0.0;  //!< work of moving images through the impulses of fresh contacts
+    double wall_work = 0.0;  //!< of moving walls and images through the impulses of fresh contacts
 
     void add_to(Booked& booked) const noexcept
     {
@@ -142,7 +142,7 @@ struct Books
         booked.sliding += sliding;
         booked.rolling += rolling;
         booked.touch += touch;
-        booked.wall_work += of_images;
+        booked.wall_work += wall_work;
     }
 };
 

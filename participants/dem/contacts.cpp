@@ -68,8 +68,11 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
         double const sqrt_mass = absolute_damping ? 1.0 : std::sqrt(g.mass[i]);
         Forces<D> const f = act<F>(wall.law, c, overlap, sqrt_mass, dt, late[i], motion, g.half[i], half, turning,
                                    contacts.history, k, books);
-        if (f.fresh) [[unlikely]]
+        if (f.fresh) [[unlikely]] {
             state.pushes.push_back(push(g, i, 1.0, c.arm_i, c, f));
+            if constexpr (F.ledger)
+                books.wall_work += dot(f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal), half.velocity);
+        }
         Vec<D> const force = f.normal * c.normal - vector_of(f.tangential, c.normal);
         g.contact[i].force += force;
         total += force;

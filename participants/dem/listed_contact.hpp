@@ -136,7 +136,7 @@ PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pa
         pushes.push_back(push(g, i, 1.0, c.arm_i, c, f));
         pushes.push_back(push(g, j, -1.0, c.arm_j, c, f));
         if constexpr (F.periodic && F.ledger)
-            books.of_images +=
+            books.wall_work +=
                 dot(f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal), images[pairs.image[slot]].velocity);
     }
     PairLoad<D> load{f.normal * c.normal - vector_of(f.tangential, c.normal)};

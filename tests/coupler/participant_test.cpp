@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "tests/support/close_to.hpp"
 #include "tests/support/run_in_threads.hpp"
 #include "tests/support/toys.hpp"
 
@@ -75,7 +76,7 @@ couplings: [{from: a, to: b, data: place}]
                 bool const was_there = std::find(before.begin(), before.end(), now[i]) != before.end();
                 double const t =
                     was_there ? window.begin + 0.5 : window.end;  // a new point has no past: its value holds
-                CHECK(places[i] == doctest::Approx(10.0 * static_cast<double>(now[i]) + t).epsilon(1e-14));
+                CHECK(places[i] == close_to(10.0 * static_cast<double>(now[i]) + t).epsilon(1e-14));
             }
         }
     };

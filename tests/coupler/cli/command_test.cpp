@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "coupler/base/status_page.hpp"
+#include "tests/support/close_to.hpp"
 #include "tests/support/run_in_threads.hpp"
 #include "tests/support/shell.hpp"
 
@@ -158,7 +159,7 @@ TEST_CASE("command: check knows the window, and that the lattice cannot do a par
     CHECK(desk.sluice({"init", "immersed_column", desk.at("in")}).exit == 0);
     auto const file = desk.at("in/scene.yaml");
     CHECK(says(desk.sluice({"check", file}), "15000 windows of 2e-05 s"));
-    CHECK(desk.json({"check", file, "--json"})["window_seconds"] == doctest::Approx(2e-5));
+    CHECK(desk.json({"check", file, "--json"})["window_seconds"] == close_to(2e-5));
     CHECK(desk.sluice({"check", file, "--set", "time.window=1e-4"}).exit == 0);
     auto text = shell::slurp(file);
     text.replace(text.find("window: auto"), 12, "window: 3e-5");
@@ -232,7 +233,7 @@ TEST_CASE("command: watch shows the pages, and ends with the run and its code")
     CHECK(first["name"] == "left");
     CHECK(first["phase"] == "running");
     CHECK(first["windows"] == 100);
-    CHECK(first["to_go_seconds"] == doctest::Approx(12.0));  // 4 s for 25 of 100 windows
+    CHECK(first["to_go_seconds"] == close_to(12.0));  // 4 s for 25 of 100 windows
     CHECK(says(desk.sluice({"watch", desk.scratch.path(), "--once"}), "25/100"));
     shell::Background watch({SLUICE_COMMAND, "watch", desk.scratch.path()}, desk.at("watched"));
     CHECK(watch.wait(1.5).exit == -1);  // goes on while the run does

@@ -9,6 +9,7 @@
 
 #include "coupler/base/error.hpp"
 #include "tests/coupler/schedule/fixed_point.hpp"
+#include "tests/support/close_to.hpp"
 
 using sluice::AccelerationBlock;
 using sluice::AccelerationConfig;
@@ -87,7 +88,7 @@ TEST_CASE("acceleration: the coefficient of a single difference is that of the w
     Columns next;
     AccelerationStep const step = block.next(Summaries{block.summary({{0, 0}, {0}}, {{6, 8}, {5}})}, next);
     // scales: |x~| = 10 and |V| = 10; r = (6, 8), (5); <V, r> = (18 + 32) / 100 + 50 / 100, <V, V> = 25 / 100 + 1
-    CHECK(step.coefficients[0] == doctest::Approx(-1.0 / 1.25).epsilon(1e-14));
+    CHECK(step.coefficients[0] == close_to(-1.0 / 1.25).epsilon(1e-14));
 }
 
 TEST_CASE("acceleration: history is as many windows as it says")
@@ -156,8 +157,8 @@ TEST_CASE("acceleration: a column has converged by its own tolerance, or below i
     };
     Verdict v = verdict({{3, 4.004}, {1.05}}, {{3, 4}, {1}});  // 0.8e-3 of 5, 0.05 of 1
     CHECK(v.converged);
-    CHECK(v.columns[0].residual == doctest::Approx(0.004));
-    CHECK(v.columns[0].result == doctest::Approx(5));
+    CHECK(v.columns[0].residual == close_to(0.004));
+    CHECK(v.columns[0].result == close_to(5));
     v = verdict({{3, 4.006}, {1.05}}, {{3, 4}, {1}});  // 1.2e-3 of 5
     CHECK_FALSE(v.converged);
     CHECK_FALSE(v.columns[0].converged);
@@ -181,8 +182,8 @@ TEST_CASE("acceleration: columns are judged over all blocks together")
         summaries.push_back(block.summary({{0, 0}, {0}}, {{x, 0}, {2 * x}}));
     }
     Verdict const v = sluice::judge(config, summaries);
-    CHECK(v.columns[0].residual == doctest::Approx(5).epsilon(1e-15));
-    CHECK(v.columns[1].result == doctest::Approx(10).epsilon(1e-15));
+    CHECK(v.columns[0].residual == close_to(5).epsilon(1e-15));
+    CHECK(v.columns[1].result == close_to(10).epsilon(1e-15));
 }
 
 TEST_CASE("acceleration: a residual of zero stays where it is")
@@ -216,9 +217,9 @@ TEST_CASE("acceleration: blocks without points take part")
         AccelerationStep const a = full.next(summaries, x), b = empty.next(summaries, none);
         CHECK(fixed_point::same_bits(a.coefficients, b.coefficients));
     }
-    CHECK(x[0][0] == doctest::Approx(1.0 / 3));
-    CHECK(x[0][1] == doctest::Approx(2.0));
-    CHECK(x[1][0] == doctest::Approx(0.6));
+    CHECK(x[0][0] == close_to(1.0 / 3));
+    CHECK(x[0][1] == close_to(2.0));
+    CHECK(x[1][0] == close_to(0.6));
     CHECK(none == Columns{{}, {}});
 }
 
@@ -348,7 +349,7 @@ TEST_CASE("acceleration: what is below a column's floor has no say in the coeffi
     block.begin_window(Ids{1});
     Columns next;
     AccelerationStep const step = block.next(Summaries{block.summary({{0, 0}, {0}}, {{3, 1}, {-5e-15}})}, next);
-    CHECK(step.coefficients[0] == doctest::Approx(-2).epsilon(1e-10));  // -(3 + 1) / (1 + 1)
+    CHECK(step.coefficients[0] == close_to(-2).epsilon(1e-10));  // -(3 + 1) / (1 + 1)
 }
 
 TEST_CASE("acceleration: a saved state that is damaged or another edge's is refused")

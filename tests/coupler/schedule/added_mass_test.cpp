@@ -9,6 +9,7 @@
 #include <random>
 
 #include "tests/coupler/schedule/fixed_point.hpp"
+#include "tests/support/close_to.hpp"
 
 using fixed_point::Group;
 using fixed_point::Outcome;
@@ -60,14 +61,14 @@ TEST_CASE("C09c: explicit staggering multiplies the error by the table's ratio i
             Body const body{row.density_ratio, disc ? 1.0 : 0.5};
             double const expected = disc ? row.disc : row.sphere;
             CAPTURE(row.density_ratio);
-            CHECK(-body.ratio() == doctest::Approx(expected).epsilon(1e-9));  // the table has ten digits
+            CHECK(-body.ratio() == close_to(expected).epsilon(1e-9));  // the table has ten digits
             Vector a = {0.0};
             double const start = std::abs(a[0] - body.exact(0));
             for (int n = 0; n < 40; ++n) {
                 double const before = a[0] - body.exact(0);
                 a = body(a, 0);
                 if (std::abs(before) > 1e-6 * start)  // above rounding
-                    CHECK((a[0] - body.exact(0)) / before == doctest::Approx(expected).epsilon(1e-6));
+                    CHECK((a[0] - body.exact(0)) / before == close_to(expected).epsilon(1e-6));
             }
             double const end = std::abs(a[0] - body.exact(0));
             if (expected > -1) CHECK(end < start);
@@ -113,7 +114,7 @@ TEST_CASE("C09c: with Aitken or IQN-ILS a window takes three evaluations down to
                 Outcome const outcome = first_window(body, config, 3);
                 CHECK(outcome.converged);
                 CHECK(outcome.evaluations <= 3);  // relaxation may hit the solution: disc of ratio 1, C_A 1
-                CHECK(outcome.x[0] == doctest::Approx(body.exact(0)).epsilon(1e-10));
+                CHECK(outcome.x[0] == close_to(body.exact(0)).epsilon(1e-10));
             }
 }
 
@@ -129,7 +130,7 @@ TEST_CASE(
         Outcome const outcome = group.window([&](Vector const& a) { return body(a, n); }, implicit, 10);
         CHECK(outcome.converged);
         implicit = outcome.x;
-        CHECK(implicit[0] == doctest::Approx(body.exact(n)).epsilon(1e-9));
+        CHECK(implicit[0] == close_to(body.exact(n)).epsilon(1e-9));
         evaluations += outcome.evaluations;
         late = body(late, n);
     }

@@ -5,6 +5,7 @@
 
 #include "coupler/base/error.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -45,23 +46,22 @@ void check_refused(std::string const& text, std::string const& part, int dimensi
 TEST_CASE("config: a column with its walls, gate and defaults")
 {
     dem::Config const c = config();
-    CHECK(c.contact.friction == doctest::Approx(std::tan(26.0 * std::numbers::pi / 180.0)));
-    CHECK(c.contact.tangential_stiffness == doctest::Approx(2e6 / 7.0));
+    CHECK(c.contact.friction == close_to(std::tan(26.0 * std::numbers::pi / 180.0)));
+    CHECK(c.contact.tangential_stiffness == close_to(2e6 / 7.0));
     REQUIRE(c.walls.size() == 3);
     CHECK(c.walls[2].name == "gate");
-    CHECK(c.walls[2].point.x == doctest::Approx(dem::column_width(c)));
+    CHECK(c.walls[2].point.x == close_to(dem::column_width(c)));
     CHECK(c.walls[2].removed_at == 0.0);
     CHECK(c.walls[0].contact.friction == c.contact.friction);
-    CHECK(c.step == doctest::Approx(c.contact_time / 50.0));
-    CHECK(c.contact_time ==
-          doctest::Approx(std::numbers::pi * std::sqrt(0.5 * 2650 * std::numbers::pi * 0.25e-6 / 1e6)));
+    CHECK(c.step == close_to(c.contact_time / 50.0));
+    CHECK(c.contact_time == close_to(std::numbers::pi * std::sqrt(0.5 * 2650 * std::numbers::pi * 0.25e-6 / 1e6)));
     CHECK(c.warnings.empty());
 }
 
 TEST_CASE("config: restitution instead of the damping ratio, friction instead of the angle")
 {
     dem::Config const c = config(changed("damping_ratio: 0.2, friction_angle: 26", "restitution: 0.8, friction: 0.3"));
-    CHECK(dem::restitution(c.contact.damping_ratio) == doctest::Approx(0.8));
+    CHECK(dem::restitution(c.contact.damping_ratio) == close_to(0.8));
     CHECK(c.contact.friction == 0.3);
 }
 
@@ -146,7 +146,7 @@ TEST_CASE("config: spheres with a law of Hertz, walls with their own matter, a c
 {
     dem::Config const c = in_space(spheres);
     CHECK(c.contact.elasticity == dem::Elasticity::hertz);
-    CHECK(dem::restitution(c.contact.damping_ratio) == doctest::Approx(0.6));
+    CHECK(dem::restitution(c.contact.damping_ratio) == close_to(0.6));
     CHECK(c.contact.tangential_damping == c.contact.damping_ratio);
     CHECK(c.contact.rolling == dem::Rolling::elastic_plastic);
     REQUIRE(c.walls.size() == 5);
@@ -156,13 +156,13 @@ TEST_CASE("config: spheres with a law of Hertz, walls with their own matter, a c
     CHECK(c.walls[0].contact.rolling_friction == 0.05);
     CHECK(c.walls[1].contact.friction == 0.0);
     CHECK(c.walls[3].radius == 1.5);
-    CHECK(c.walls[3].motion.shift(3.0).z == doctest::Approx(0.2));
+    CHECK(c.walls[3].motion.shift(3.0).z == close_to(0.2));
     CHECK(c.walls[4].name == "gate");
     // a quarter of a cylinder as high as wide: N pi d3/6 / 0.61 = pi r^3 / 4, with the mean of d^3 of a uniform d
     double const cube = (7e-3 + 9e-3) * (7e-3 * 7e-3 + 9e-3 * 9e-3) / 4.0;
-    CHECK(c.walls[4].radius == doctest::Approx(std::cbrt(200 * cube / 6.0 / 0.61 * 4.0)));
+    CHECK(c.walls[4].radius == close_to(std::cbrt(200 * cube / 6.0 / 0.61 * 4.0)));
     dem::ContactLaw const floor = dem::contact_law(c.walls[0].contact), grains = dem::contact_law(c.contact);
-    CHECK(floor.normal.stiffness == doctest::Approx(5.0 * grains.normal.stiffness));
+    CHECK(floor.normal.stiffness == close_to(5.0 * grains.normal.stiffness));
     CHECK(floor.rolling.friction == 0.05);
     auto const setup = dem::make_setup<3>(c);
     CHECK(setup.features.rolling == dem::Rolling::elastic_plastic);

@@ -8,6 +8,7 @@
 #include "participants/dem/packing.hpp"
 #include "participants/dem/solver.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -108,7 +109,7 @@ TEST_CASE("contact forces: in a settled bed they carry each grain's weight, and 
     double sides = 0.0;
     for (auto const& f : forces)
         if (f.second > g.size()) sides += f.force().y;
-    CHECK(floor + sides == doctest::Approx(weight).epsilon(1e-4));
+    CHECK(floor + sides == close_to(weight).epsilon(1e-4));
     for (std::size_t i = 0; i < g.size(); ++i)  // settled: the accelerations that are left are small against g
         CHECK(dem::norm(sum[i] + dem::Vec2{0.0, -9.81 * g.mass[i]}) < 1e-2 * mean);
 }

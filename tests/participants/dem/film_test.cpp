@@ -7,6 +7,7 @@
 #include "coupler/base/error.hpp"
 #include "participants/dem/checkpoint.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -73,7 +74,7 @@ void check_approach(bool wall)
     for (int k = 0; k < 200'000 && gap() > 2e-6 && speed() > 1e-3; ++k) {
         solver.step(1e-6);
         if (gap() >= cutoff) {
-            CHECK(speed() == doctest::Approx(0.2).epsilon(1e-14));
+            CHECK(speed() == close_to(0.2).epsilon(1e-14));
             continue;
         }
         ++inside;
@@ -84,7 +85,7 @@ void check_approach(bool wall)
     // the step's error, of order (c dt/m)^2 at the narrowest gap seen, c dt/m < 0.05
     CHECK(worst < 0.2 * 2.5e-3);
     CHECK(solver.energies().normal_dashpot > 0.0);
-    CHECK(solver.energies().balance() == doctest::Approx(start).epsilon(2.5e-3));
+    CHECK(solver.energies().balance() == close_to(start).epsilon(2.5e-3));
 }
 
 }  // namespace
@@ -119,7 +120,7 @@ TEST_CASE("film: below a Stokes number nothing comes back from a wall, well abov
     // and back: twice what the film takes from the cutoff to the floor, at the floor's resistance to the touch, and
     // half of that again while it fades
     double const there = needed + 1.5 * 6 * pi * viscosity * radius * radius * (1 - 1e-3 * radius / cutoff) / mass;
-    CHECK(rebound(20 * needed) == doctest::Approx(1 - 2 * there / (20 * needed)).epsilon(0.01));
+    CHECK(rebound(20 * needed) == close_to(1 - 2 * there / (20 * needed)).epsilon(0.01));
 }
 
 TEST_CASE("film: momentum is kept, a run is restored bit for bit, and a scene without films has none of it")

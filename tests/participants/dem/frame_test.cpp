@@ -6,6 +6,7 @@
 #include "participants/dem/checkpoint.hpp"
 #include "participants/dem/packing_file.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -85,7 +86,7 @@ TEST_CASE("frame: a grain as heavy as the fluid floats in the centrifuge, and ke
     }
     CHECK(floating.grains().place[0].centre == dem::Vec3{1.0, 0.0, 0.0});
     // x'' = w^2/2 x; the step's error is (w dt)^2 = 5e-7
-    CHECK(half.grains().place[0].centre.x == doctest::Approx(std::cosh(std::sqrt(0.5) * rate * 0.1)).epsilon(1e-6));
+    CHECK(half.grains().place[0].centre.x == close_to(std::cosh(std::sqrt(0.5) * rate * 0.1)).epsilon(1e-6));
 }
 
 TEST_CASE("frame: the ledger closes while a box of grains is spun up, by potential and work of the frame")
@@ -124,7 +125,7 @@ TEST_CASE("frame: a column is prepared in the field of the centrifuge, which its
     double const top = 0.5, rate = std::sqrt(15 * 9.81 / top);
     dem::Config c = dem::read_config(sluice::read_yaml(scene, "grains.yaml"), 2, {},
                                      sluice::Rotation{{0.004, top, 0}, {0, 0, 1}, rate, 0, true, true, true});
-    CHECK(dem::settling_gravity(c).y == doctest::Approx(-15 * 9.81));
+    CHECK(dem::settling_gravity(c).y == close_to(-15 * 9.81));
     CHECK(dem::packing_file_name(c) != dem::packing_file_name(config()));
     auto const packing = dem::pour_packing<2>(c);
     CHECK(packing.kinetic_ratio <= dem::settled_kinetic_ratio);
@@ -152,10 +153,10 @@ TEST_CASE("gravity that grows: a fall by its closed form, and a ledger that clos
     for (int k = 0; k < 2000; ++k) alone.step(1e-4);  // half of it at the full gravity
     // a = (2 (1 - t/T), -9.81 t/T): both halves of a step take it at its ends, the trapezium is exact for velocities
     auto const velocity = alone.grains().motion[0].velocity;
-    CHECK(velocity.x == doctest::Approx(0.5 * 2.0 * 0.1).epsilon(1e-12));
-    CHECK(velocity.y == doctest::Approx(-9.81 * (0.05 + 0.1)).epsilon(1e-12));
+    CHECK(velocity.x == close_to(0.5 * 2.0 * 0.1).epsilon(1e-12));
+    CHECK(velocity.y == close_to(-9.81 * (0.05 + 0.1)).epsilon(1e-12));
     double const fall = -9.81 * (0.1 * 0.1 / 6 + 0.05 * 0.1 + 0.1 * 0.1 / 2);
-    CHECK(alone.grains().place[0].centre.y == doctest::Approx(fall).epsilon(1e-6));  // (dt / T)^2
+    CHECK(alone.grains().place[0].centre.y == close_to(fall).epsilon(1e-6));  // (dt / T)^2
 
     dem::Setup<2> falling = box(true).setup();
     falling.first_gravity = {1.0, 3.0};
@@ -175,12 +176,12 @@ TEST_CASE("walls: a velocity from knot to knot is the derivative of the shift, w
     CHECK(m.moves());
     CHECK(m.shift(0.05) == dem::Vec2{});
     CHECK(m.speed(0.05) == dem::Vec2{});
-    CHECK(m.speed(0.12).x == doctest::Approx(0.5));
-    CHECK(m.speed(0.14).y == doctest::Approx(-0.5));
+    CHECK(m.speed(0.12).x == close_to(0.5));
+    CHECK(m.speed(0.14).y == close_to(-0.5));
     CHECK(m.speed(0.2) == dem::Vec2{});
-    CHECK(m.shift(0.12).x == doctest::Approx(0.5 * 0.02 * 0.5));
-    CHECK(m.shift(0.3).x == doctest::Approx(0.5 * 0.06 * 0.5));
-    CHECK(m.shift(0.3).y == doctest::Approx(-0.5 * 0.06 + 0.5 * 0.04 * 2.0));
+    CHECK(m.shift(0.12).x == close_to(0.5 * 0.02 * 0.5));
+    CHECK(m.shift(0.3).x == close_to(0.5 * 0.06 * 0.5));
+    CHECK(m.shift(0.3).y == close_to(-0.5 * 0.06 + 0.5 * 0.04 * 2.0));
     for (double t : {0.105, 0.13, 0.15, 0.17, 0.19}) {
         dem::Vec2 const slope = (1.0 / 2e-6) * (m.shift(t + 1e-6) - m.shift(t - 1e-6));
         CHECK(norm(slope - m.speed(t)) < 1e-8);

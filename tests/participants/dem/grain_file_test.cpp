@@ -11,6 +11,7 @@
 #include "coupler/base/error.hpp"
 #include "coupler/base/scratch_directory.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -162,10 +163,10 @@ TEST_CASE("grain file: a dump's last frame or another one, places in parts of th
 {
     auto const last = read_text(dump, 2);
     REQUIRE(last.size() == 2);
-    CHECK(last[0].position.x == doctest::Approx(0.03));  // 0.13 in a periodic box of 0.1
-    CHECK(last[0].position.y == doctest::Approx(0.05));  // half the box
-    CHECK(last[1].position.x == doctest::Approx(0.07));  // -0.03
-    CHECK(read_text(dump, 2, 100)[0].position.x == doctest::Approx(0.02));
+    CHECK(last[0].position.x == close_to(0.03));  // 0.13 in a periodic box of 0.1
+    CHECK(last[0].position.y == close_to(0.05));  // half the box
+    CHECK(last[1].position.x == close_to(0.07));  // -0.03
+    CHECK(read_text(dump, 2, 100)[0].position.x == close_to(0.02));
     CHECK(read_text(replaced(dump, "xu ys", "x y"), 2, 100)[0].position.x == 0.12);  // places are taken as they are
     CHECK(read_text(replaced(dump, "pp ff pp", "ff ff ff"), 2, 100)[0].position.x == 0.12);
 }
@@ -356,17 +357,17 @@ TEST_CASE("config: a packing from a file, its densities, its ids and its speeds"
     };
     dem::Solver<2> const own = dem::make_solver<2>(config(packing("")));
     CHECK(own.grains().id == std::vector<std::int64_t>{17, 4});
-    CHECK(own.grains().mass[1] == doctest::Approx(2600 * std::numbers::pi * 4e-6));
+    CHECK(own.grains().mass[1] == close_to(2600 * std::numbers::pi * 4e-6));
     CHECK(own.grains().motion[0].velocity.x == 0.5);
     CHECK(own.grains().motion[0].spin == -3.0);
     dem::Config const c = config(packing(", velocities: zero") + "density: 1000\n");
     dem::Solver<2> const given = dem::make_solver<2>(c);
-    CHECK(given.grains().mass[1] == doctest::Approx(1000 * std::numbers::pi * 4e-6));
+    CHECK(given.grains().mass[1] == close_to(1000 * std::numbers::pi * 4e-6));
     CHECK(given.grains().motion[0].velocity.x == 0.0);
     CHECK(c.grains_hash != config(packing("")).grains_hash);
     // the lightest grain counts for the step: of 2500 kg/m3 and 1 mm
     CHECK(config(packing("")).contact_time ==
-          doctest::Approx(dem::contact_time_of(config(packing("")).contact, 2, 2500 * std::numbers::pi * 1e-6, 1e-3)));
+          close_to(dem::contact_time_of(config(packing("")).contact, 2, 2500 * std::numbers::pi * 1e-6, 1e-3)));
     CHECK_THROWS_WITH_AS(config(packing("") + "buoyancy: {density: 1000}\n"),
                          doctest::Contains("needs grains of one density"), sluice::Error);
     CHECK_NOTHROW(config(packing("") + "density: 2650\nbuoyancy: {density: 1000}\n"));

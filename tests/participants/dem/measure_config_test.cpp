@@ -9,6 +9,7 @@
 #include "coupler/base/error.hpp"
 #include "participants/dem/gauges.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -92,7 +93,7 @@ TEST_CASE("measures key: what is not named is not measured, and only the energie
     CHECK(columns<3>(front).front() == "front [m]");
     CHECK(columns<3>(front).size() == 1 + 3 + 13);
     CHECK_FALSE(front.need_ledger(0.001));
-    CHECK(front.sectors.angle == doctest::Approx(0.5 * std::numbers::pi));
+    CHECK(front.sectors.angle == close_to(0.5 * std::numbers::pi));
     CHECK(front.radial);
     CHECK(read("measures: [drift]\n").measures.need_ledger(0.001));
     CHECK_FALSE(read("").measures.need_ledger(0.0));
@@ -117,7 +118,7 @@ TEST_CASE("measures key: options, intervals and the word standard in a mapping")
     CHECK(m[Measure::energies].interval == 0.5);
     CHECK(m.sectors.count == 50);
     CHECK(m.sectors.percentile == 95.0);
-    CHECK(m.sectors.angle == doctest::Approx(2.0 * std::numbers::pi));
+    CHECK(m.sectors.angle == close_to(2.0 * std::numbers::pi));
     CHECK(m.most_contacts == 3);
     CHECK_FALSE(m.wall_contacts);
     CHECK(m[Measure::voronoi].interval == 0.01);

@@ -12,6 +12,7 @@
 #include "participants/dem/measures.hpp"
 #include "participants/dem/packing_file.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -186,7 +187,7 @@ TEST_CASE("packing: a lattice of equal discs stays one under its weight")
     dem::Config const c = column("{min: 1e-3, max: 1e-3}", "preparation: regular");
     double const d = 1e-3, width = dem::column_width(c);
     double const rows = width / d - 0.5;
-    CHECK(rows == doctest::Approx(std::round(rows)));
+    CHECK(rows == close_to(std::round(rows)));
     auto const packing = dem::pour_packing<2>(c);
     CHECK(packing.kinetic_ratio <= dem::settled_kinetic_ratio);
     auto const across = static_cast<std::size_t>(std::lround(rows));

@@ -7,6 +7,7 @@
 #include "participants/dem/fill.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 namespace {
 
@@ -69,7 +70,7 @@ TEST_CASE("periodic config: sides, shear, filling, averages")
     CHECK(s.periodic.shear.steady_from == 1.0);
     // twice rho c of sound, c = d sqrt(kn / m) for the mean diameter and the lightest pair
     double const lightest = 2650 * std::numbers::pi * 0.25e-6;
-    CHECK(s.periodic.shear.impedance == doctest::Approx(2 * 2650 * 1.4e-3 * std::sqrt(1e6 / lightest)));
+    CHECK(s.periodic.shear.impedance == close_to(2 * 2650 * 1.4e-3 * std::sqrt(1e6 / lightest)));
     REQUIRE(c.averages.size() == 2);
     CHECK(c.averages[0].whole);
     CHECK(c.averages[1].high == dem::Vec3{0.002, 0.01, 0.0});
@@ -89,7 +90,7 @@ TEST_CASE("periodic config: a filling is within its cell, does not overlap, move
         CHECK(centre.x - radius >= -0.01);
         CHECK(centre.x + radius <= 0.01);
         CHECK(centre.y + radius <= 0.025);
-        CHECK(g.motion[i].velocity.x == doctest::Approx(5.0 * (centre.y - 0.0125)));
+        CHECK(g.motion[i].velocity.x == close_to(5.0 * (centre.y - 0.0125)));
         CHECK(centre == again.place[i].centre);
     }
     std::vector<std::uint32_t> first, other;

@@ -13,6 +13,7 @@
 #include "participants/dem/periodic_cell.hpp"
 #include "participants/dem/stress.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 namespace {
 
@@ -369,7 +370,7 @@ TEST_CASE("periodic: under shear the momentum beyond that of the flow is kept to
     Vec3 const before = beyond();
     for (auto const& motion : g.motion) scale += g.mass[0] * norm(motion.velocity);
     for (int n = 0; n < 5000; ++n) solver.step(dt);
-    CHECK(solver.state().cell.strain == doctest::Approx(0.4));
+    CHECK(solver.state().cell.strain == close_to(0.4));
     CHECK(norm(beyond() - before) < 1e-12 * scale);
 }
 
@@ -382,9 +383,9 @@ TEST_CASE("periodic: the height follows a pressure")
     for (int k = 0; k < 3; ++k) g.add({1e-3, (2 * k + 1) * 1e-3}, 1e-3, unit::density);
     dem::Solver<2> solver(s, g);
     for (int n = 0; n < 15000; ++n) solver.step(dt);
-    CHECK(dem::stress_across(solver.setup(), solver.state()) == doctest::Approx(20.0).epsilon(1e-6));
+    CHECK(dem::stress_across(solver.setup(), solver.state()) == close_to(20.0).epsilon(1e-6));
     double const overlap = 20.0 * 5e-3 / unit::stiffness;
-    CHECK(solver.state().cell.extent.y == doctest::Approx(3 * (2e-3 - overlap)).epsilon(1e-9));
+    CHECK(solver.state().cell.extent.y == close_to(3 * (2e-3 - overlap)).epsilon(1e-9));
 }
 
 TEST_CASE("periodic: a cell that has become too small for one image of each grain ends the run")

@@ -8,6 +8,7 @@
 
 #include "participants/dem/random.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -17,8 +18,8 @@ TEST_CASE("profile: a grain is cut by the planes between slices, disc and sphere
     disc.add({1.0, 3.0}, 0.5, density);
     auto const cut = dem::profile_of(disc, {1.0, false});
     REQUIRE(cut.position == std::vector{0.5, 1.5});
-    CHECK(cut.mass[0] == doctest::Approx(0.5 * disc.mass[0]).epsilon(1e-14));
-    CHECK(cut.mass[1] == doctest::Approx(0.5 * disc.mass[0]).epsilon(1e-14));
+    CHECK(cut.mass[0] == close_to(0.5 * disc.mass[0]).epsilon(1e-14));
+    CHECK(cut.mass[1] == close_to(0.5 * disc.mass[0]).epsilon(1e-14));
     CHECK(cut.surface == std::vector{3.5, 3.5});
 
     dem::Grains<3> sphere;
@@ -26,10 +27,10 @@ TEST_CASE("profile: a grain is cut by the planes between slices, disc and sphere
     auto const cap = dem::profile_of(sphere, {1.0, false});
     double const h = 0.25, volume = std::numbers::pi * h * h * (3 * 0.5 - h) / 3;  // of the cap beyond it
     REQUIRE(cap.mass.size() == 2);
-    CHECK(cap.mass[1] == doctest::Approx(density * volume).epsilon(1e-13));
-    CHECK(cap.mass[0] + cap.mass[1] == doctest::Approx(sphere.mass[0]).epsilon(1e-14));
-    CHECK(cap.surface[0] == doctest::Approx(2.5));
-    CHECK(cap.surface[1] == doctest::Approx(2.0 + std::sqrt(0.25 - 0.0625)));
+    CHECK(cap.mass[1] == close_to(density * volume).epsilon(1e-13));
+    CHECK(cap.mass[0] + cap.mass[1] == close_to(sphere.mass[0]).epsilon(1e-14));
+    CHECK(cap.surface[0] == close_to(2.5));
+    CHECK(cap.surface[1] == close_to(2.0 + std::sqrt(0.25 - 0.0625)));
 }
 
 TEST_CASE("profile: slices add up to the mass of all grains, wherever they lie and whatever the width")
@@ -43,7 +44,7 @@ TEST_CASE("profile: slices add up to the mass of all grains, wherever they lie a
     for (bool const radial : {false, true})
         for (double const width : {1e-3, 7e-3, 0.05, 10.0}) {
             auto const p = dem::profile_of(g, {width, radial});
-            CHECK(std::accumulate(p.mass.begin(), p.mass.end(), 0.0) == doctest::Approx(mass).epsilon(1e-13));
+            CHECK(std::accumulate(p.mass.begin(), p.mass.end(), 0.0) == close_to(mass).epsilon(1e-13));
             CHECK(p.position.size() == p.mass.size());
             CHECK(p.position[0] > (radial ? 0.0 : -0.11 - width));
         }
@@ -58,7 +59,7 @@ TEST_CASE("profile: rings about the axis hold a disc of even mass in proportion 
     auto const p = dem::profile_of(g, {0.05, true});
     for (std::size_t k = 0; k < 4; ++k) {
         double const area = std::numbers::pi * 0.0025 * (2.0 * static_cast<double>(k) + 1.0);
-        CHECK(p.mass[k] == doctest::Approx(g.mass[0] * area / 1e-6).epsilon(0.01));  // of the grid
+        CHECK(p.mass[k] == close_to(g.mass[0] * area / 1e-6).epsilon(0.01));  // of the grid
     }
 }
 
@@ -69,6 +70,6 @@ TEST_CASE("profile: the surface is that of the main mass, not of a grain in flig
     g.add({0.01, 0.05}, 1e-3, density);
     auto const p = dem::profile_of(g, {4e-3, false});
     REQUIRE(p.surface.size() >= 10);
-    for (std::size_t k = 0; k < 10; ++k) CHECK(p.surface[k] == doctest::Approx(2e-3));
-    CHECK(p.mass[2] == doctest::Approx(3 * g.mass[0]).epsilon(1e-12));  // two in the row and the one above
+    for (std::size_t k = 0; k < 10; ++k) CHECK(p.surface[k] == close_to(2e-3));
+    CHECK(p.mass[2] == close_to(3 * g.mass[0]).epsilon(1e-12));  // two in the row and the one above
 }

@@ -10,6 +10,7 @@
 
 #include "coupler/base/error.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -62,7 +63,7 @@ void check_moments(dem::Sizes const& sizes, std::function<double(double)> const&
     auto const diameters = drawn(sizes);
     for (int const power : {1, 2, 3}) {
         double const exact = integral(power) / integral(0), second = integral(2 * power) / integral(0);
-        CHECK(sizes.moment(power) == doctest::Approx(exact).epsilon(1e-4));
+        CHECK(sizes.moment(power) == close_to(exact).epsilon(1e-4));
         double mean = 0.0;
         for (double const d : diameters) mean += std::pow(d, power) / count;
         CHECK(std::abs(mean - exact) < 4.0 * std::sqrt((second - exact * exact) / count));
@@ -122,11 +123,11 @@ TEST_CASE("sizes: lognormal, cut off on both sides")
     };
     check_law(sizes, [&](double d) { return (whole(d) - whole(low)) / (whole(high) - whole(low)); });
     check_moments(sizes, [&](double d) { return std::exp(-std::pow(std::log(d) - middle, 2) / (2 * variance)) / d; });
-    CHECK(sizes.kept() == doctest::Approx(whole(high) - whole(low)));
+    CHECK(sizes.kept() == close_to(whole(high) - whole(low)));
     // mean and deviation are those of d where next to nothing is cut
     auto const wide = dem::Sizes::lognormal(mean, deviation, 1e-6, 1.0);
-    CHECK(wide.moment(1) == doctest::Approx(mean).epsilon(1e-9));
-    CHECK(wide.moment(2) == doctest::Approx(mean * mean + deviation * deviation).epsilon(1e-9));
+    CHECK(wide.moment(1) == close_to(mean).epsilon(1e-9));
+    CHECK(wide.moment(2) == close_to(mean * mean + deviation * deviation).epsilon(1e-9));
 }
 
 TEST_CASE("sizes: a grading curve by mass, with a gap, of discs and of spheres")
@@ -183,7 +184,7 @@ TEST_CASE("config: laws of size, their column's width, and mistakes in them")
     auto const mass = with_diameter("{min: 1.0e-3, max: 1.8e-3, law: uniform_mass}");
     CHECK(mass.sizes.numbers() == dem::Sizes::uniform_mass(1e-3, 1.8e-3, 2).numbers());
     // of discs that are uniform by mass the mean of d^2 is d_min d_max
-    CHECK(dem::column_width(mass) == doctest::Approx(std::sqrt(60 / 0.82 * std::numbers::pi / 4 * 1.8e-6 / 0.8)));
+    CHECK(dem::column_width(mass) == close_to(std::sqrt(60 / 0.82 * std::numbers::pi / 4 * 1.8e-6 / 0.8)));
     auto const graded = with_diameter(
         "{grading: [{diameter: 1e-3, finer: 0}, {diameter: 1.2e-3, finer: 0.4}, {diameter: 2e-3, finer: 1}]}");
     CHECK(graded.diameter_max == 2e-3);

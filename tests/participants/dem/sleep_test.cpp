@@ -9,6 +9,7 @@
 #include "participants/dem/measures.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
@@ -54,7 +55,7 @@ TEST_CASE("sleep: grains that have come to rest sleep, their weight stays on the
     CHECK(sleepers(solver) > count / 2);
     double weight = 0.0, before = solver.state().walls[0].force.y;
     for (double const m : solver.grains().mass) weight += 9.81 * m;
-    CHECK(before == doctest::Approx(weight).epsilon(0.02));
+    CHECK(before == close_to(weight).epsilon(0.02));
     std::vector<std::uint32_t> first, other;
     dem::find_pairs(solver.grains(), 0.0, first, other);  // all that touch are in the list, as in a new one
     std::size_t const touching = dem::contact_numbers(solver.setup(), solver.state()).contacts;
@@ -82,7 +83,7 @@ TEST_CASE("sleep: a grain that falls on them wakes those that it moves")
     }
     // the impact's energy goes into the heap in both: the heavy grain has stopped at the same depth
     double const depth = hit.grains().place.back().centre.y, reference = all.grains().place.back().centre.y;
-    CHECK(depth == doctest::Approx(reference).epsilon(0.02));
+    CHECK(depth == close_to(reference).epsilon(0.02));
     double moved = 0.0;
     for (std::size_t i = 0; i + 1 < g.size(); ++i)
         moved = std::max(moved, norm(hit.grains().place[i].centre - g.place[i].centre));
@@ -109,7 +110,7 @@ TEST_CASE("sleep: the ledger closes over falling asleep, restored runs and looks
     CHECK(sleepers(solver) > solver.grains().size() / 2);
     auto awake = box(true);
     double const start = awake.energies().balance();
-    CHECK(solver.energies().balance() == doctest::Approx(start).epsilon(1e-4));  // C08's mark
+    CHECK(solver.energies().balance() == close_to(start).epsilon(1e-4));  // C08's mark
     CHECK(solver.energies().removed_walls > 0.0);
     CHECK(solver.energies().removed_walls < 1e-5 * start);
     dem::Solver<2> again(solver.setup(), solver.grains());

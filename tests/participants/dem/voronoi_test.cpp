@@ -9,6 +9,7 @@
 #include "participants/dem/random.hpp"
 #include "participants/dem/solver.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 //! Cells of regular packings, whose packing fractions have closed forms, and cells that must fill their container.
 //! voro++ works to 1e-11 of a diameter: a sum of volumes of cells is good to 1e-9.
@@ -81,7 +82,7 @@ int check_inner(dem::Grains<D> const& g, dem::Tessellation const& t, double marg
         if (!deep) continue;
         ++inner;
         CHECK(t.closed[i]);
-        CHECK(t.fraction[i] == doctest::Approx(fraction).epsilon(1e-8));
+        CHECK(t.fraction[i] == close_to(fraction).epsilon(1e-8));
     }
     return inner;
 }
@@ -96,12 +97,12 @@ TEST_CASE("voronoi: a simple cubic packing in a box has the packing fraction pi/
         g.add({(2 * (k % 5) + 1) * r, (2 * (k / 5 % 5) + 1) * r, (2 * (k / 25) + 1) * r}, r, 2650.0);
     auto const t = cells(box({10 * r, 10 * r, 10 * r}), g);
     CHECK(check_inner(g, t, -r, pi / 6) == 125);
-    CHECK(sum(t.volume) == doctest::Approx(1000 * r * r * r).epsilon(1e-9));
+    CHECK(sum(t.volume) == close_to(1000 * r * r * r).epsilon(1e-9));
     auto const p = dem::packed_of(g, t, {4 * r, false});
-    CHECK(p.fraction == doctest::Approx(pi / 6).epsilon(1e-9));
+    CHECK(p.fraction == close_to(pi / 6).epsilon(1e-9));
     CHECK(p.closed == 125);
     REQUIRE(p.position.size() == 3);  // 0 to 4 r, 4 to 8 r, 8 to 12 r
-    for (double const fraction : p.fractions) CHECK(fraction == doctest::Approx(pi / 6).epsilon(1e-9));
+    for (double const fraction : p.fractions) CHECK(fraction == close_to(pi / 6).epsilon(1e-9));
 }
 
 TEST_CASE("voronoi: inside a face-centred cubic packing every cell has pi/sqrt(18), whose neighbours are twelve")
@@ -136,9 +137,9 @@ TEST_CASE("voronoi: touching discs of two sizes part at their point of contact (
     g.add({r, 3e-3}, r, 2650.0);
     g.add({2 * r + large, 3e-3}, large, 2650.0);
     auto const t = cells(s, g);
-    CHECK(t.volume[0] == doctest::Approx(2 * r * height).epsilon(1e-9));
-    CHECK(t.volume[1] == doctest::Approx(2 * large * height).epsilon(1e-9));
-    CHECK(t.fraction[1] == doctest::Approx(pi * large * large / (2 * large * height)).epsilon(1e-9));
+    CHECK(t.volume[0] == close_to(2 * r * height).epsilon(1e-9));
+    CHECK(t.volume[1] == close_to(2 * large * height).epsilon(1e-9));
+    CHECK(t.fraction[1] == close_to(pi * large * large / (2 * large * height)).epsilon(1e-9));
     CHECK(t.closed == std::vector{true, true});
 }
 
@@ -156,7 +157,7 @@ TEST_CASE("voronoi: the cells of grains of many sizes fill a box, a cylinder wit
         if (off < 0.028 && k < 36) discs.add({at.x, at.y}, radius, 2650.0);
     }
     auto const t = cells(box({0.06, 0.06, 0.06}), loose);
-    CHECK(sum(t.volume) == doctest::Approx(0.06 * 0.06 * 0.06).epsilon(1e-9));
+    CHECK(sum(t.volume) == close_to(0.06 * 0.06 * 0.06).epsilon(1e-9));
     CHECK(std::count(t.closed.begin(), t.closed.end(), true) == 216);
 
     double const radius = 0.03, area = pi * radius * radius;
@@ -164,10 +165,10 @@ TEST_CASE("voronoi: the cells of grains of many sizes fill a box, a cylinder wit
     add_wall<3>(s, dem::Plane<3>{{}, {0, 0, 1}});
     add_wall<3>(s, dem::Plane<3>{{0, 0, 0.06}, {0, 0, -1}});
     add_wall<3>(s, dem::Cylinder<3>{{radius, radius, 0}, {0, 0, 1}, radius, true});
-    CHECK(sum(cells(s, round).volume) == doctest::Approx(area * 0.06).epsilon(1e-9));
+    CHECK(sum(cells(s, round).volume) == close_to(area * 0.06).epsilon(1e-9));
     auto circle = still<2>();
     add_wall<2>(circle, dem::Cylinder<2>{{radius, radius}, {}, radius, true});
-    CHECK(sum(cells(circle, discs).volume) == doctest::Approx(area).epsilon(1e-9));
+    CHECK(sum(cells(circle, discs).volume) == close_to(area).epsilon(1e-9));
 }
 
 TEST_CASE("voronoi: a cell at a free surface is not closed, nor one at a wall that has gone")
@@ -187,5 +188,5 @@ TEST_CASE("voronoi: a cell at a free surface is not closed, nor one at a wall th
     CHECK(gone.closed == std::vector{true, true, false, true, true, false, false, false, false});
     auto const p = dem::packed_of(solver.grains(), gone, {100 * r, false});
     CHECK(p.closed == 4);
-    CHECK(p.fraction == doctest::Approx(pi / 4).epsilon(1e-6));
+    CHECK(p.fraction == close_to(pi / 4).epsilon(1e-6));
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "tests/support/close_to.hpp"
 
 namespace {
 
@@ -40,12 +41,12 @@ bool contains(std::string const& text, char const* part)
 TEST_CASE("lattice_units: SI to lattice and back")
 {
     lbm::LatticeUnits const u{.cell = 2e-3, .step = 1e-4, .density = 1000};
-    CHECK(u.velocity_unit() == doctest::Approx(20));
-    CHECK(u.acceleration_unit() == doctest::Approx(2e5));
-    CHECK(u.relaxation_time(1e-6) == doctest::Approx(0.5 + 3e-6 * 1e-4 / 4e-6));
-    CHECK(u.pressure(u.density_excess_lu(12.5)) == doctest::Approx(12.5));
-    CHECK(u.force_unit() == doctest::Approx(u.mass_unit() * u.acceleration_unit()));
-    CHECK(u.torque_unit() == doctest::Approx(u.force_unit() * u.cell));
+    CHECK(u.velocity_unit() == close_to(20));
+    CHECK(u.acceleration_unit() == close_to(2e5));
+    CHECK(u.relaxation_time(1e-6) == close_to(0.5 + 3e-6 * 1e-4 / 4e-6));
+    CHECK(u.pressure(u.density_excess_lu(12.5)) == close_to(12.5));
+    CHECK(u.force_unit() == close_to(u.mass_unit() * u.acceleration_unit()));
+    CHECK(u.torque_unit() == close_to(u.force_unit() * u.cell));
 }
 
 TEST_CASE("solver: fields give back the state that was set, in SI, and coarsen by averages")
@@ -55,16 +56,16 @@ TEST_CASE("solver: fields give back the state that was set, in SI, and coarsen b
         return lbm::PointState{.velocity = {0.02 * x / 0.04, -0.01 * y / 0.03}, .pressure = 0.5 * x, .gradient = {}};
     });
     lbm::Fields const f = solver.fields();
-    CHECK(f.velocity[2 * (7 * 40 + 3)] == doctest::Approx(0.02 * 3.5 / 40));
-    CHECK(f.velocity[2 * (7 * 40 + 3) + 1] == doctest::Approx(-0.01 * 7.5 / 30));
-    CHECK(f.pressure[7 * 40 + 3] == doctest::Approx(0.5 * 3.5e-3));
+    CHECK(f.velocity[2 * (7 * 40 + 3)] == close_to(0.02 * 3.5 / 40));
+    CHECK(f.velocity[2 * (7 * 40 + 3) + 1] == close_to(-0.01 * 7.5 / 30));
+    CHECK(f.pressure[7 * 40 + 3] == close_to(0.5 * 3.5e-3));
     lbm::Fields const c = solver.fields(4);
     CHECK(c.nx == 10);
     CHECK(c.ny == 8);  // the last row of blocks holds two rows of cells
-    CHECK(c.spacing == doctest::Approx(4e-3));
-    CHECK(c.velocity[2 * 1] == doctest::Approx(0.02 * 6 / 40));
-    CHECK(c.velocity[2 * (7 * 10) + 1] == doctest::Approx(-0.01 * 29 / 30));
-    CHECK(solver.max_speed() == doctest::Approx(std::hypot(0.02 * 39.5 / 40, 0.01 * 29.5 / 30)));
+    CHECK(c.spacing == close_to(4e-3));
+    CHECK(c.velocity[2 * 1] == close_to(0.02 * 6 / 40));
+    CHECK(c.velocity[2 * (7 * 10) + 1] == close_to(-0.01 * 29 / 30));
+    CHECK(solver.max_speed() == close_to(std::hypot(0.02 * 39.5 / 40, 0.01 * 29.5 / 30)));
 }
 
 TEST_CASE("solver: vorticity of a rigid rotation is twice its rate")
@@ -73,7 +74,7 @@ TEST_CASE("solver: vorticity of a rigid rotation is twice its rate")
     solver.set_state([](double x, double y) {
         return lbm::PointState{.velocity = {-2 * y, 2 * x}, .pressure = 0, .gradient = {}};
     });
-    for (double const w : solver.fields(3).vorticity) CHECK(w == doctest::Approx(4).epsilon(1e-6));
+    for (double const w : solver.fields(3).vorticity) CHECK(w == close_to(4).epsilon(1e-6));
 }
 
 TEST_CASE("solver: fluid at rest and a resting disc stay at rest, exactly, without gravity")
@@ -104,7 +105,7 @@ TEST_CASE("solver: a fluid column under gravity pushes a disc up by rho_0 V g")
     solver.set_discs({position, rest, spin, radius});
     for (int k = 0; k < 500; ++k) solver.step();
     double const weight = 1000 * 3.14159265358979 * 4.8e-3 * 4.8e-3 * 0.01;
-    CHECK(solver.loads().force[1] == doctest::Approx(weight).epsilon(1e-6));
+    CHECK(solver.loads().force[1] == close_to(weight).epsilon(1e-6));
     CHECK(std::abs(solver.loads().force[0]) < 1e-6 * weight);
 }
 
@@ -125,8 +126,8 @@ TEST_CASE("solver: discs may come and go and change order and loads follow their
             by_id.set_discs({turned_position, turned_velocity, turned_spin, turned_radius, turned_id});
         by_id.step();
     }
-    CHECK(by_id.loads().force[2] == doctest::Approx(by_index.loads().force[0]).epsilon(1e-9));
-    CHECK(by_id.loads().force[1] == doctest::Approx(by_index.loads().force[3]).epsilon(1e-9));
+    CHECK(by_id.loads().force[2] == close_to(by_index.loads().force[0]).epsilon(1e-9));
+    CHECK(by_id.loads().force[1] == close_to(by_index.loads().force[3]).epsilon(1e-9));
     by_id.set_discs({});
     by_id.step();
     CHECK(by_id.loads().force.empty());
