@@ -88,7 +88,7 @@ void run_out_errors()
     double finest = 0.0;
     for (double const steps : {100.0, 50.0, 25.0, 15.5}) {
         auto const config =
-            verification::column_of("run_out.yaml", {"participants.grains.config.column.aspect_ratio=2"});
+            verification::config_of("run_out.yaml", {"participants.grains.config.column.aspect_ratio=2"});
         static auto const packing = dem::pour_packing<2>(config);
         auto solver = dem::make_solver<2>(config, packing);
         auto const before = dem::measure(solver);

@@ -2,12 +2,14 @@
 
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <string>
 
 #include "participants/dem/setup.hpp"
 #include "participants/dem/steady_shear.hpp"
 #include "tests/support/close_to.hpp"
 #include "tests/support/verification.hpp"
+#include "tests/verification/dem/run_out.hpp"
 
 //! D07 (e): the discs of the column studies sheared to the critical state, as configs/critical_state.yaml but fewer.
 //! Marks: the pressure is the one asked for (the servo has no offset); the friction of discs with a contact friction of
@@ -26,29 +28,44 @@ dem::Config cell()
     return dem::read_config(sluice::read_yaml(text, "cell.yaml"), 2, {});
 }
 
+//! The facts of a shear up to a strain.
+std::map<std::string, double> sheared(dem::Config const& config, double step, double strain)
+{
+    dem::Solver<2> solver = dem::make_solver<2>(config);
+    dem::SteadyShear steady;
+    while (solver.state().cell.strain < strain) {
+        for (int n = 0; n < 100; ++n) solver.step(step);
+        steady.sample(solver);
+    }
+    std::map<std::string, double> facts;
+    for (auto const& [name, value] : steady.facts()) {
+        std::printf("D07   %s: %.5g\n", name.c_str(), value);
+        facts[name] = value;
+    }
+    return facts;
+}
+
 }  // namespace
 
 TEST_CASE("D07: discs sheared at constant pressure reach the critical state")
 {
     verification::Stopwatch watch;
     dem::Config const config = cell();
-    dem::Solver<2> solver = dem::make_solver<2>(config);
-    double const step = config.contact_time / 30.0;
-    dem::SteadyShear steady;
-    while (solver.state().cell.strain < 2.5) {
-        for (int n = 0; n < 100; ++n) solver.step(step);
-        steady.sample(solver);
-    }
-    double pressure = 0.0, friction = 0.0, inertial = 0.0;
-    for (auto const& [name, value] : steady.facts()) {
-        std::printf("D07   %s: %.5g\n", name.c_str(), value);
-        if (name == "normal stress [Pa]") pressure = value;
-        if (name == "shear / normal stress") friction = value;
-        if (name == "inertial number") inertial = value;
-    }
-    CHECK(inertial == close_to(1e-3).epsilon(0.05));
+    auto const facts = sheared(config, config.contact_time / 30.0, 2.5);
+    double const pressure = facts.at("normal stress [Pa]"), friction = facts.at("shear / normal stress");
+    CHECK(facts.at("inertial number") == close_to(1e-3).epsilon(0.05));
     CHECK(verification::report({"D07", "critical state: normal stress [Pa]", pressure, 2000.0,
                                 std::abs(pressure / 2000.0 - 1.0), 0.01, watch.seconds()}));
     CHECK(verification::report({"D07", "critical state: shear / normal stress (0.25 to 0.30)", friction, 0.275,
                                 std::abs(friction - 0.275), 0.055, watch.seconds()}));
+}
+
+//! Minutes: only `./dev verify` runs it. With the resistance to rolling of the run-outs (configs/run_out.yaml).
+TEST_CASE("D07: the discs of critical_state.yaml have the friction angle of the studies" * doctest::skip())
+{
+    verification::Stopwatch watch;
+    auto const config = verification::config_of("critical_state.yaml", {});
+    double const angle = sheared(config, config.step, 4.0).at("friction angle [deg]");
+    CHECK(verification::report(
+        {"D07", "critical state: friction angle [deg]", angle, 23.0, std::abs(angle - 23.0), 2.0, watch.seconds()}));
 }

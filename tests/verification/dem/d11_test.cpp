@@ -20,7 +20,7 @@ struct Collapse
 
 Collapse collapse(double aspect_ratio)
 {
-    auto const config = verification::column_of(
+    auto const config = verification::config_of(
         "run_out.yaml", {"participants.grains.config.column.aspect_ratio=" + std::to_string(aspect_ratio)});
     auto solver = dem::make_solver<2>(config, dem::pour_packing<2>(config));
     auto const before = dem::measure(solver);

@@ -30,7 +30,7 @@ double collapse(double aspect_ratio)
 {
     // r0 = 15 mean diameters at the packing fraction that widths are reckoned with
     double const grains = std::ceil(dem::assumed_packing_fraction(3) * 1.5 * aspect_ratio * std::pow(15.0, 3));
-    auto const config = verification::column_of(
+    auto const config = verification::config_of(
         "run_out_quarter.yaml", {"participants.grains.config.column.aspect_ratio=" + std::to_string(aspect_ratio),
                                  "participants.grains.config.column.count=" + std::to_string(std::lround(grains))});
     double const radius = dem::column_width(config);

@@ -13,7 +13,7 @@
 namespace verification {
 
 //! The grains of a scene of configs/, with settings as `--set` has them.
-inline dem::Config column_of(std::string const& scene, std::vector<std::string> const& settings)
+inline dem::Config config_of(std::string const& scene, std::vector<std::string> const& settings)
 {
     auto const loaded = sluice::load_scene(std::filesystem::path(CONFIGS) / scene, settings);
     auto const& g = loaded.scene.gravity;
