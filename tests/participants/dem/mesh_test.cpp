@@ -73,6 +73,20 @@ TEST_CASE("mesh: on a floor of triangles a sphere moves as on a plane")
             }
 }
 
+TEST_CASE("mesh: facets that lie on one another, and corners on other facets' edges, are felt once")
+{
+    Axes const axes = turned();
+    dem::Setup<3> const s = sphere_setup(sphere_contact(0.4, dem::Rolling::elastic_plastic), axes);
+    Triangles twice = flat(7, 0.05, axes);
+    for (auto const& corner : flat(10, 0.05, axes)) twice.push_back(corner);
+    auto plane = thrown(dem::Plane<3>{{}, axes.z}, s, axes), mesh = thrown(mesh_of(twice), s, axes);
+    for (int n = 0; n < 8000; ++n) {
+        plane.step(sphere_step), mesh.step(sphere_step);
+        REQUIRE(contacts_of(mesh) == contacts_of(plane));
+    }
+    CHECK(norm(mesh.grains().place[0].centre - plane.grains().place[0].centre) < 1e-12 * sphere_radius);  // as above
+}
+
 TEST_CASE("mesh: friction goes along where a sphere leaves a facet, and all overlap with it, within one step")
 {
     // In a thousandth of the weight the patch of contact is 4 um wide, a step 15 um; the sphere rolls, so that the
