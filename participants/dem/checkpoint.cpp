@@ -71,6 +71,11 @@ struct Putter
     void operator()(std::string const& name, std::int64_t integer) { kept.put_integer(name, integer); }
     void operator()(std::string const& name, bool yes) { kept.put_integer(name, yes); }
     void operator()(std::string const& name, std::vector<double> const& values) { kept.put(name, std::span(values)); }
+    //! An array that most scenes do not have.
+    void if_any(std::string const& name, std::vector<std::uint32_t> const& values)
+    {
+        if (!values.empty()) (*this)(name, values);
+    }
     void operator()(std::string const& name, std::vector<std::int64_t> const& values)
     {
         kept.put(name, std::span(values));
@@ -121,6 +126,11 @@ struct Taker
             ok = ok && wide >= 0 && wide <= std::numeric_limits<std::uint32_t>::max();
             values.push_back(static_cast<std::uint32_t>(wide));
         }
+    }
+    void if_any(std::string const& name, std::vector<std::uint32_t>& values)
+    {
+        values.clear();
+        if (kept.has(name)) (*this)(name, values);
     }
     template <class Row>
     void operator()(std::string const& name, std::vector<Row>& rows)
@@ -179,6 +189,7 @@ void visit(Walk& walk, AnyState& s)
         auto& wall = s.walls[w];
         walk(name + "active", wall.active);
         walk(name + "grain", wall.grain);
+        walk.if_any(name + "facet", wall.facet);
         visit_history(walk, name, wall.history);
         walk(name + "shift", wall.shift);
         walk(name + "built_shift", wall.built_shift);
@@ -221,10 +232,26 @@ struct SizeCheck
     void operator()(char const*, auto const& values) { ok = ok && values.size() == size; }
 };
 
+//! Each entry of a mesh has a facet of it, and no other entry has one.
+template <int D>
+bool facets_fit(State<D> const& s, Setup<D> const& setup)
+{
+    for (std::size_t w = 0; w < s.walls.size(); ++w) {
+        auto const* mesh = std::get_if<Mesh<D>>(&setup.walls[w].shape);
+        std::size_t const facets = mesh ? mesh->facets->facets().size() : 0;
+        std::vector<std::uint32_t> const& facet = s.walls[w].facet;
+        if (facet.size() != (mesh ? s.walls[w].grain.size() : 0) ||
+            !std::ranges::all_of(facet, [&](auto f) { return f < facets; }))
+            return false;
+    }
+    return true;
+}
+
 //! Every index within bounds and every array as long as the kernels take it to be: they do not look.
 template <int D>
-bool is_consistent(State<D> const& s, std::size_t grains, Features const& features)
+bool is_consistent(State<D> const& s, std::size_t grains, Setup<D> const& setup)
 {
+    Features const& features = setup.features;
     SizeCheck each_grain{grains};
     visit_grains(each_grain, s.grains);
     auto const sized = [](auto const& array, std::size_t size) { return array.size() == size; };
@@ -244,7 +271,8 @@ bool is_consistent(State<D> const& s, std::size_t grains, Features const& featur
            std::ranges::is_sorted(p.first) && sized(p.sqrt_mass, p.other.size()) && contacts(p.history, p.other) &&
            sized(p.image, features.periodic ? p.other.size() : 0) &&
            std::ranges::all_of(p.image, [](auto image) { return image < image_count<D>; }) &&
-           std::ranges::all_of(s.walls, [&](WallContacts<D> const& w) { return contacts(w.history, w.grain); });
+           std::ranges::all_of(s.walls, [&](WallContacts<D> const& w) { return contacts(w.history, w.grain); }) &&
+           facets_fit(s, setup);
 }
 
 //! Whether the cell has a length along its periodic axes.
@@ -277,33 +305,49 @@ State<D> kept_state(sluice::State const& kept, Setup<D> const& setup, std::size_
     bool const walls = kept.integer("walls") == static_cast<std::int64_t>(setup.walls.size());
     if (walls) visit(taker, state);
     bool const fits = walls && taker.ok && has_room(setup.periodic, state.cell);
-    sluice::require(fits && is_consistent(state, grains, setup.features), [&] {
+    sluice::require(fits && is_consistent(state, grains, setup), [&] {
         return sluice::Error("dem: the checkpoint is not a state of " + std::to_string(grains) + " grains and " +
                                  std::to_string(setup.walls.size()) +
                                  " walls (must come from the same scene). Resume from an older one.",
                              sluice::Exit::io);
     });
     derive_from_list(setup, state.pairs, grains);
+    for (WallContacts<D>& wall : state.walls) wall.foot.resize(wall.facet.size());
     place_images(setup.periodic, state.cell);
     return state;
 }
 
+namespace {
+
+//! Calls `visit(name, hash, file, what)` for what came from files.
+template <class Visit>
+void each_source(Config const& config, Visit&& visit)
+{
+    if (config.grains_hash != 0) visit("source/grains", config.grains_hash, config.grains_from, "grains");
+    for (std::size_t w = 0; w < config.walls.size(); ++w)
+        if (auto const& mesh = config.walls[w].mesh)
+            visit("source/wall" + std::to_string(w), mesh->hash, mesh->from, "facets");
+}
+
+}  // namespace
+
 void keep_source(Config const& config, sluice::State& kept)
 {
-    if (config.grains_hash != 0) kept.put_integer("source/grains", std::bit_cast<std::int64_t>(config.grains_hash));
+    each_source(config, [&](std::string const& name, std::uint64_t hash, auto const&, auto const&) {
+        kept.put_integer(name, std::bit_cast<std::int64_t>(hash));
+    });
 }
 
 void require_source(Config const& config, sluice::State const& kept)
 {
-    if (config.grains_hash == 0) return;
-    bool const same =
-        kept.has("source/grains") && std::bit_cast<std::uint64_t>(kept.integer("source/grains")) == config.grains_hash;
-    sluice::require(same, [&] {
-        return sluice::Error(
-            "dem: " + config.grains_from +
-                " holds other grains than when the run began (must be the same). Put the file back, or "
-                "start a new run.",
-            sluice::Exit::io);
+    each_source(config, [&](std::string const& name, std::uint64_t hash, std::string const& file, char const* what) {
+        bool const same = kept.has(name) && std::bit_cast<std::uint64_t>(kept.integer(name)) == hash;
+        sluice::require(same, [&] {
+            return sluice::Error("dem: " + file + " holds other " + what +
+                                     " than when the run began (must be the same). Put the file back, or start a new "
+                                     "run.",
+                                 sluice::Exit::io);
+        });
     });
 }
 

@@ -79,6 +79,8 @@ WallConfig read_wall(Reader r, int dimension, ContactConfig const& grains)
     w.name = r.text("name");
     if (auto cylinder = r.child_if("cylinder")) {
         read_cylinder(*cylinder, dimension, w);
+    } else if (r.has("mesh") || r.has("segments")) {
+        w.mesh = read_mesh(r, dimension);
     } else {
         w.point = vector_from(r.numbers("point", size_of(dimension), lengths));
         w.normal = read_direction(r, "normal", dimension, "a vector towards the grains");

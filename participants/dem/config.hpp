@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -37,13 +39,22 @@ struct ContactConfig
     bool may_pull = false;           //!< the dashpot may make the normal force attractive
 };
 
+//! A surface of triangles in space, of segments in the plane.
+struct MeshConfig
+{
+    std::string from;                         //!< the file; empty: the scene
+    std::vector<std::array<Vec3, 3>> corner;  //!< of each facet [m]; a segment has two
+    std::uint64_t hash = 0;                   //!< of all corners
+};
+
 struct WallConfig
 {
     std::string name;
     Vec3 point;           //!< [m]
-    Vec3 normal;          //!< plane: unit vector, to the grains; cylinder: of its axis ({} in the plane)
-    double radius = 0.0;  //!< of a cylinder [m]; 0: a plane
+    Vec3 normal;          //!< plane: unit vector, to the grains; cylinder: of its axis ({} in the plane); mesh: {}
+    double radius = 0.0;  //!< of a cylinder [m]; 0: a plane or a mesh
     bool inside = true;   //!< cylinder: the grains are inside
+    std::shared_ptr<MeshConfig const> mesh;  //!< null: a plane or a cylinder
     ContactConfig contact;
     WallMotion<3> motion;
     double removed_at = std::numeric_limits<double>::infinity();  //!< [s]

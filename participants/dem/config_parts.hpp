@@ -1,5 +1,8 @@
 #pragma once
 
+#include <filesystem>
+#include <memory>
+
 #include "participants/dem/config.hpp"
 
 //! Parts of read_config that have a file of their own.
@@ -7,6 +10,12 @@ namespace dem {
 
 //! A message with two numbers, by a pattern of printf.
 std::string format(char const* pattern, double a, double b);
+
+//! A file's path as a scene has it: it counts from the scene's.
+std::filesystem::path beside_scene(sluice::Reader const& reader, std::filesystem::path const& file);
+
+//! `mesh` (space) or `segments` (plane), whichever the wall has; null: neither, or a broken one.
+std::shared_ptr<MeshConfig const> read_mesh(sluice::Reader& wall, int dimension);
 
 //! `packing`: grains from a file, whose path counts from the scene's.
 void read_packing(sluice::Reader reader, Config& config);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "participants/dem/listed_contact.hpp"
+#include "participants/dem/listed_foot.hpp"
 #include "participants/dem/packed_contacts.hpp"
 #include "participants/dem/shared_contacts.hpp"
 
@@ -56,18 +57,23 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
     for (; k < contacts.grain.size(); ++k) {
         std::size_t const i = contacts.grain[k];
         double const radius = g.place[i].radius;
-        Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift);
+        Facing<D> const at = facing_of(shape, contacts, k, g.place[i].centre);
         Contact<D> c = contact_with_wall<D>(at.normal, radius);
         double const overlap = radius - at.distance;
         if constexpr (F.scheme == Scheme::liggghts) shorten_arms(c, radius, 0.0, overlap);
-        if (overlap <= 0.0) {
-            forget<F>(wall.law, c, overlap, dt, g.half[i], half, contacts.history, k, books);
+        if (!is_contact(shape, contacts, k, overlap)) {
+            if constexpr (is_mesh<AnyShape>)
+                forget_foot<F>(wall.law, radius, dt, g.half[i], half, contacts, k, books);
+            else
+                forget<F>(wall.law, c, overlap, dt, g.half[i], half, contacts.history, k, books);
             continue;
         }
         auto const turning = [&] { return c.arm_i * c.arm_i / g.inertia[i]; };
         double const sqrt_mass = absolute_damping ? 1.0 : std::sqrt(g.mass[i]);
         Forces<D> const f = act<F>(wall.law, c, overlap, sqrt_mass, dt, late[i], motion, g.half[i], half, turning,
                                    contacts.history, k, books);
+        if constexpr (is_mesh<AnyShape> && F.ledger)
+            if (!f.fresh) book_arrival<F>(wall.law, c, overlap, dt, g.half[i], half, contacts.foot[k], books);
         if (f.fresh) [[unlikely]] {
             state.pushes.push_back(push(g, i, 1.0, c.arm_i, c, f));
             if constexpr (F.ledger)

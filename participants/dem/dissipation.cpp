@@ -34,9 +34,11 @@ void for_wall(Setup<D> const& setup, State<D> const& state, std::size_t w, Visit
         [&](auto const& shape) {
             for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
                 std::size_t const i = contacts.grain[k];
-                Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift);
-                visit(contact_with_wall<D>(at.normal, g.place[i].radius), g.place[i].radius - at.distance,
-                      setup.walls[w].law, g.motion[i], wall, contacts.history, k);
+                Facing<D> const at = facing_of(shape, contacts, k, g.place[i].centre);
+                double const radius = g.place[i].radius, overlap = radius - at.distance;
+                if (!is_contact(shape, contacts, k, overlap)) continue;
+                visit(contact_with_wall<D>(at.normal, radius), overlap, setup.walls[w].law, g.motion[i], wall,
+                      contacts.history, k);
             }
         },
         setup.walls[w].shape);

@@ -30,7 +30,7 @@ void for_films(Setup<D> const& setup, State<D>& state, PairVisit&& visit, WallVi
             [&](auto const& shape) {
                 for (std::size_t k = 0; k < contacts.grain.size(); ++k, ++film) {
                     std::size_t const i = contacts.grain[k];
-                    Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift);
+                    Facing<D> const at = facing_of(shape, contacts, k, g.place[i].centre);
                     double const gap = at.distance - g.place[i].radius;
                     if (gap < cutoff)
                         wall(state.films[film], contact_with_wall<D>(at.normal, g.place[i].radius), gap, i, contacts);

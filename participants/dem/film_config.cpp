@@ -26,6 +26,10 @@ void check_lubrication(sluice::Reader& r, Config& config)
 {
     Lubrication const& l = config.lubrication;
     if (!l.any() || !r.diagnostics()->problems.empty()) return;
+    for (WallConfig const& wall : config.walls)
+        if (wall.mesh)
+            r.problem("lubrication", "does not go with a mesh, here wall \"" + wall.name +
+                                         "\" (leave one of them out, or build the wall of planes).");
     double const radius = 0.5 * diameters(config).first;
     bool const plane = config.dimension == 2;
     double density = config.density;

@@ -83,15 +83,6 @@ std::vector<std::string> csv_names()
     return names;
 }
 
-std::optional<double> number_in(std::string_view word)
-{
-    if (word.starts_with('+')) word.remove_prefix(1);
-    double value = 0.0;
-    auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
-    return value;
-}
-
 std::optional<std::int64_t> whole_number(std::string_view word)
 {
     std::int64_t value = 0;

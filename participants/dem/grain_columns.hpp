@@ -70,6 +70,5 @@ GrainConfig grain_of(Lines const& lines, Layout const& layout, Row const& row, i
 
 //! A whole number, if the word is one.
 std::optional<std::int64_t> whole_number(std::string_view word);
-std::optional<double> number_in(std::string_view word);
 
 }  // namespace dem

@@ -1,5 +1,6 @@
 #include "participants/dem/grain_lines.hpp"
 
+#include <charconv>
 #include <utility>
 
 #include "coupler/base/error.hpp"
@@ -55,6 +56,15 @@ std::string_view take_word(std::string_view& text, char separator)
     text = end == std::string_view::npos ? std::string_view{} : text.substr(end + 1);
     if (separator == ' ') text = text.substr(std::min(text.find_first_not_of(" \t"), text.size()));
     return word;
+}
+
+std::optional<double> number_in(std::string_view word)
+{
+    if (word.starts_with('+')) word.remove_prefix(1);
+    double value = 0.0;
+    auto const [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
+    return value;
 }
 
 }  // namespace dem

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -44,5 +45,7 @@ class Lines
 //! Takes the next word off a text; words are parted by the separator, ' ' standing for any number of blanks and tabs.
 std::string_view take_word(std::string_view& text, char separator);
 std::string_view trimmed(std::string_view text);
+//! A number, if the word is one; not a number and infinity are.
+std::optional<double> number_in(std::string_view word);
 
 }  // namespace dem

@@ -212,8 +212,19 @@ void rebuild_wall(Wall<D> const& wall, Setup<D> const& setup, State<D> const& st
     WallContacts<D> fresh = contacts;
     fresh.built_shift = contacts.shift;
     fresh.grain.clear();
+    fresh.facet.clear();
     std::vector<std::size_t> known;  // where the history of a contact is, if it has one
     std::size_t from = 0;
+    auto const list = [&](std::size_t i, std::uint32_t facet) {
+        auto const key = [&](std::size_t k) {
+            return std::pair<std::size_t, std::uint32_t>(contacts.grain[k],
+                                                         contacts.facet.empty() ? 0 : contacts.facet[k]);
+        };
+        std::pair const wanted(i, facet);
+        while (from < contacts.grain.size() && key(from) < wanted) ++from;
+        known.push_back(from < contacts.grain.size() && key(from) == wanted ? from : contacts.grain.size());
+        fresh.grain.push_back(static_cast<std::uint32_t>(i));
+    };
     auto const look = [&](auto const& shape) {
         for (std::size_t i = 0; i < g.size(); ++i) {
             Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift);
@@ -225,15 +236,29 @@ void rebuild_wall(Wall<D> const& wall, Setup<D> const& setup, State<D> const& st
                         " (must stay on the side its normal points to). Try a larger normal_stiffness.",
                     sluice::Exit::numerical);
             });
-            while (from < contacts.grain.size() && contacts.grain[from] < i) ++from;
-            known.push_back(from < contacts.grain.size() && contacts.grain[from] == i ? from : contacts.grain.size());
-            fresh.grain.push_back(static_cast<std::uint32_t>(i));
+            list(i, 0);
         }
     };
-    if (contacts.active) std::visit(look, wall.shape);
+    auto const look_at_mesh = [&](Mesh<D> const& mesh) {
+        std::vector<std::uint32_t> near;
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            auto const& [centre, radius] = g.place[i];
+            mesh.facets->find_near(centre - contacts.shift, radius + setup.skin, near);
+            for (std::uint32_t const facet : near) list(i, facet);
+            fresh.facet.insert(fresh.facet.end(), near.begin(), near.end());
+        }
+    };
+    if (auto const* mesh = std::get_if<Mesh<D>>(&wall.shape); mesh && contacts.active)
+        look_at_mesh(*mesh);
+    else if (contacts.active)
+        std::visit(look, wall.shape);
     fresh.history = history_of<D>(setup.features, fresh.grain.size());
-    for (std::size_t k = 0; k < known.size(); ++k)
-        if (known[k] < contacts.grain.size()) copy_entry(contacts.history, known[k], fresh.history, k);
+    fresh.foot.assign(fresh.facet.size(), {});
+    for (std::size_t k = 0; k < known.size(); ++k) {
+        if (known[k] == contacts.grain.size()) continue;
+        copy_entry(contacts.history, known[k], fresh.history, k);
+        if (!fresh.foot.empty()) fresh.foot[k] = contacts.foot[known[k]];
+    }
     contacts = std::move(fresh);
 }
 

@@ -22,6 +22,11 @@ std::uint64_t hash_of(std::vector<GrainConfig> const& grains)
 
 }  // namespace
 
+std::filesystem::path beside_scene(sluice::Reader const& r, std::filesystem::path const& file)
+{
+    return file.is_absolute() ? file : std::filesystem::path(r.diagnostics()->file).parent_path() / file;
+}
+
 void read_packing(sluice::Reader r, Config& config)
 {
     std::filesystem::path const file = r.text("file");
@@ -29,8 +34,7 @@ void read_packing(sluice::Reader r, Config& config)
     bool const at_rest = r.choice_or("velocities", 0, {"kept", "zero"}) == 1;
     r.finish();
     if (file.empty()) return;
-    auto const folder = std::filesystem::path(r.diagnostics()->file).parent_path();
-    config.grains_from = (file.is_absolute() ? file : folder / file).string();
+    config.grains_from = beside_scene(r, file).string();
     try {
         config.grains = read_grain_file(config.grains_from, config.dimension, timestep, config.warnings);
     } catch (sluice::Error const& e) {

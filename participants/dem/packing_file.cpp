@@ -137,6 +137,7 @@ std::string packing_file_name(Config const& config)
     for (WallConfig const& w : config.walls) {
         for (double const x : {w.point.x, w.point.y, w.point.z, w.normal.x, w.normal.y, w.normal.z, w.radius}) key(x);
         key(static_cast<std::uint8_t>(w.inside));
+        if (w.mesh) key(w.mesh->hash);
         add(key, w.contact);
     }
     key(magic);

@@ -67,6 +67,12 @@ void check_walls(Reader& r, Config const& config)
             r.problem("walls", "has \"" + wall.name + "\", which would have to be sheared with the cell. Remove it.");
             continue;
         }
+        if (wall.mesh) {
+            r.problem("walls", "has the mesh \"" + wall.name +
+                                   "\" beside periodic, across whose sides it does not go on. Give planes instead, or "
+                                   "remove the periodic axes.");
+            continue;
+        }
         bool const round = wall.radius > 0.0;
         for (int k = 0; k < config.dimension; ++k) {
             if (!is_periodic(config, k)) continue;

@@ -1,5 +1,10 @@
 #include "participants/dem/setup.hpp"
 
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
+
 #include "participants/dem/fill.hpp"
 
 namespace dem {
@@ -12,6 +17,23 @@ std::vector<Knot<D>> knots_of(WallMotion<3> const& motion)
     std::vector<Knot<D>> knots;
     for (auto const& [time, velocity] : motion.knots) knots.push_back({time, to_dimension<D>(velocity)});
     return knots;
+}
+
+template <int D>
+Shape<D> shape_of(WallConfig const& wall)
+{
+    if (wall.mesh) {
+        std::vector<Facet<D>> facets;
+        for (auto const& corner : wall.mesh->corner) {
+            std::array<Vec<D>, D> own;
+            for (std::size_t k = 0; k < D; ++k) own[k] = to_dimension<D>(corner[k]);
+            facets.push_back(facet_of(own));
+        }
+        return Mesh<D>{std::make_shared<FacetTree<D> const>(std::move(facets))};
+    }
+    Vec<D> const point = to_dimension<D>(wall.point), normal = to_dimension<D>(wall.normal);
+    if (wall.radius > 0.0) return Cylinder<D>{point, normal, wall.radius, wall.inside};
+    return Plane<D>{point, normal};
 }
 
 }  // namespace
@@ -35,11 +57,8 @@ Setup<D> make_setup(Config const& config, Ledger ledger)
     setup.threads = config.threads;
     setup.loads = config.loads;
     for (WallConfig const& wall : config.walls) {
-        Shape<D> shape = Plane<D>{to_dimension<D>(wall.point), to_dimension<D>(wall.normal)};
-        if (wall.radius > 0.0)
-            shape = Cylinder<D>{to_dimension<D>(wall.point), to_dimension<D>(wall.normal), wall.radius, wall.inside};
         setup.walls.push_back({.name = wall.name,
-                               .shape = shape,
+                               .shape = shape_of<D>(wall),
                                .motion = {.velocity = to_dimension<D>(wall.motion.velocity),
                                           .amplitude = to_dimension<D>(wall.motion.amplitude),
                                           .frequency = wall.motion.frequency,

@@ -10,6 +10,7 @@
 #include "coupler/base/error.hpp"
 #include "participants/dem/film.hpp"
 #include "participants/dem/half_step.hpp"
+#include "participants/dem/mesh_contacts.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "participants/dem/stress.hpp"
 
@@ -74,6 +75,7 @@ Solver<D>::Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> c
         state_.walls[w].velocity = setup_.walls[w].motion.speed(0.0);
     }
     rebuild_lists(setup_, state_);
+    find_feet(setup_, state_, 0.0);
     state_.crossings.clear();
     set_records(state_, records);
     evaluate_again();
@@ -235,6 +237,7 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
     for (std::size_t w = 0; w < setup_.walls.size(); ++w)
         if (setup_.walls[w].motion.moves()) state_.walls[w].shift = setup_.walls[w].motion.shift(state_.time + dt);
     if (any_moved || walls_have_moved()) rebuild();
+    find_feet(setup_, state_, dt);
 }
 
 //! Moves the images of the cell; the work of the first half of the step is booked.
@@ -376,6 +379,7 @@ void Solver<D>::restore(State<D> state)
 {
     state_ = std::move(state);
     derive();
+    find_feet(setup_, state_, 0.0);
 }
 
 namespace {
@@ -391,9 +395,11 @@ void for_records(AnyState& state, Visit&& visit)
             visit(ContactRecord<D>{i, pairs.other[slot], {}, {}}, pairs.history, slot);
     for (std::size_t w = 0; w < state.walls.size(); ++w) {
         auto& contacts = state.walls[w];
-        for (std::size_t k = 0; k < contacts.grain.size(); ++k)
-            visit(ContactRecord<D>{contacts.grain[k], static_cast<std::uint32_t>(count + w), {}, {}}, contacts.history,
-                  k);
+        for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
+            std::size_t const facet = contacts.facet.empty() ? 0 : contacts.facet[k];
+            auto const second = static_cast<std::uint32_t>(count + w + facet * state.walls.size());
+            visit(ContactRecord<D>{contacts.grain[k], second, {}, {}}, contacts.history, k);
+        }
     }
 }
 

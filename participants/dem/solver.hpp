@@ -25,7 +25,7 @@ class Solver
     Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> const> records = {});
 
     //! One step of dt [s]. Set grains().external before. Throws sluice::Error (numerical) when a grain has moved
-    //! by more than the smallest radius in one step or is no longer finite.
+    //! by more than the smallest radius in one step, is no longer finite, or comes to a mesh or behind a wall.
     void step(double dt);
 
     Setup<D> const& setup() const { return setup_; }

@@ -104,7 +104,8 @@ void refuse_too_large(sluice::Reader& r, char const* key, Config const& config, 
         if (a->radius > 0.0 && a->inside && 2.0 * a->radius < diameter)
             refuse("the cylinder \"" + a->name + "\"", 2.0 * a->radius);
         for (auto b = std::next(a); b != config.walls.end(); ++b) {
-            if (a->radius > 0.0 || b->radius > 0.0 || norm(a->normal + b->normal) > 1e-9) continue;
+            if (a->mesh || b->mesh || a->radius > 0.0 || b->radius > 0.0 || norm(a->normal + b->normal) > 1e-9)
+                continue;
             double const gap = dot(b->point - a->point, a->normal);
             if (gap > 0.0 && gap < diameter) refuse("the gap of \"" + a->name + "\" and \"" + b->name + "\"", gap);
         }

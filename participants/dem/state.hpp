@@ -148,12 +148,23 @@ Vec<D> apart(Grains<D> const& g, Pairs<D> const& pairs, Cell<D> const& cell, std
     return g.place[i].centre - (other + cell.images[pairs.image[slot]].shift);
 }
 
-//! The grains near one wall, ascending, with their history.
+//! A facet of a mesh near a grain.
+template <int D>
+struct Foot
+{
+    Facing<D> at, last;  //!< now; when the feet were looked at before
+    bool bears = false;  //!< the grain touches the mesh there: it is a contact
+    bool bore = false;   //!< it was one before
+};
+
+//! The grains near one wall, ascending, with their history. A mesh has an entry for each of its facets near a grain.
 template <int D>
 struct WallContacts
 {
     bool active = true;  //!< false once the wall has been removed
     std::vector<std::uint32_t> grain;
+    std::vector<std::uint32_t> facet;  //!< a mesh's; ascending for each grain
+    std::vector<Foot<D>> foot;         //!< a mesh's; follows from the places of the grains
     History<D> history;
     Vec<D> shift;        //!< where the wall has moved to [m]
     Vec<D> built_shift;  //!< where it was when the lists were built [m]
@@ -161,12 +172,31 @@ struct WallContacts
     Vec<D> force;        //!< on all its grains [N]
 };
 
+//! What a wall is to the grain of one of its entries.
+template <class AnyShape, int D>
+Facing<D> facing_of(AnyShape const& shape, WallContacts<D> const& contacts, std::size_t entry, Vec<D> centre) noexcept
+{
+    if constexpr (is_mesh<AnyShape>)
+        return contacts.foot[entry].at;
+    else
+        return shape.facing(centre - contacts.shift);
+}
+//! Whether an entry with this overlap [m] is a contact: a facet that overlaps need not be.
+template <class AnyShape, int D>
+bool is_contact(AnyShape const&, WallContacts<D> const& contacts, std::size_t entry, double overlap) noexcept
+{
+    if constexpr (is_mesh<AnyShape>)
+        return contacts.foot[entry].bears;
+    else
+        return !(overlap <= 0.0);
+}
+
 //! The history of one touching contact, free of list layout: what has to be kept to continue a state.
 template <int D>
 struct ContactRecord
 {
     std::uint32_t first = 0;   //!< grain
-    std::uint32_t second = 0;  //!< grain > first, or wall index + number of grains
+    std::uint32_t second = 0;  //!< grain > first, or wall index + number of grains + facet x number of walls
     Tangent<D> friction = {};  //!< [N]
     Tangent<D> rolling = {};   //!< [N]
     bool operator==(ContactRecord const&) const = default;

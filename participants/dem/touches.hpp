@@ -40,8 +40,8 @@ void each_touch(Setup<D> const& setup, State<D> const& state, Visit&& visit)
                 WallContacts<D> const& wall = state.walls[w];
                 for (std::size_t k = 0; k < wall.grain.size(); ++k) {
                     auto const& [centre, radius] = g.place[wall.grain[k]];
-                    auto const facing = shape.facing(centre - wall.shift);
-                    if (facing.distance >= radius) continue;
+                    auto const facing = facing_of(shape, wall, k, centre);
+                    if (!is_contact(shape, wall, k, radius - facing.distance)) continue;
                     visit(Touch<D>{wall.grain[k], count + w, k, radius - facing.distance, 2.0 * radius, facing.normal});
                 }
             },

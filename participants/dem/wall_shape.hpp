@@ -3,22 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <variant>
 #include <vector>
 
-#include "participants/dem/vec.hpp"
+#include "participants/dem/facet_tree.hpp"
 
 //! What walls look like and how they move. No physics.
 namespace dem {
-
-//! What a wall is to the centre of a grain.
-template <int D>
-struct Facing
-{
-    double distance;  //!< from the centre to the wall [m]; not positive: the centre is behind it
-    Vec<D> normal;    //!< unit vector from the wall to the grain
-};
 
 //! A half-space behind the plane (in the plane: line) through `point`, whose unit `normal` points to the grains.
 template <int D>
@@ -59,8 +52,23 @@ struct Cylinder
     }
 };
 
+//! A surface of triangles in space, of segments in the plane. It has two sides, and a grain may touch it in several
+//! places: which, mesh_contacts.hpp says.
 template <int D>
-using Shape = std::variant<Plane<D>, Cylinder<D>>;
+struct Mesh
+{
+    std::shared_ptr<FacetTree<D> const> facets;  //!< not null
+
+    //! What its nearest point is.
+    Facing<D> facing(Vec<D> centre) const noexcept { return facets->facing(centre); }
+};
+template <class AnyShape>
+inline constexpr bool is_mesh = false;
+template <int D>
+inline constexpr bool is_mesh<Mesh<D>> = true;
+
+template <int D>
+using Shape = std::variant<Plane<D>, Cylinder<D>, Mesh<D>>;
 
 //! A velocity at a time.
 template <int D>

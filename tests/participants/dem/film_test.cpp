@@ -166,5 +166,10 @@ TEST_CASE("film: what cannot be is refused when the scene is read")
     refused("lubrication: {viscosity: 1.0e-3}\n", "lubrication.cutoff");
     refused("lubrication: {viscosity: -1, cutoff: 6.0e-5}\n", "lubrication.viscosity");
     refused("lubrication: {viscosity: 1.0e+3, cutoff: 6.0e-5}\n", "brakes within m/c");
+    CHECK_THROWS_WITH_AS(config("density: 2650\ncontact: {normal_stiffness: 1e6, damping_ratio: 0.2, friction: 0.5}\n"
+                                "grains: [{position: [0, 0.01], radius: 0.001}]\n"
+                                "walls: [{name: ramp, segments: [{from: [0, 0], to: [1, 0]}]}]\n" +
+                                film),
+                         doctest::Contains("does not go with a mesh, here wall \"ramp\""), sluice::Error);
     refused(film + "scheme: liggghts\n", "does not go with scheme: liggghts");
 }
