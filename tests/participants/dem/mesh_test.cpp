@@ -8,16 +8,11 @@
 #include "participants/dem/measures.hpp"
 #include "participants/dem/random.hpp"
 #include "tests/participants/dem/mesh_scenes.hpp"
+#include "tests/support/close_to.hpp"
 
 using namespace unit;
 
 namespace {
-
-//! Whether two numbers agree but for this share of the second.
-bool agree(double a, double b, double share)
-{
-    return std::abs(a - b) < share * std::abs(b);
-}
 
 std::size_t contacts_of(dem::Solver<3> const& solver)
 {
@@ -172,9 +167,9 @@ TEST_CASE("mesh: a sphere at rest on a face, a ridge, a peak, in a groove and in
         dem::Solver<3> solver(on, sphere(at));
         settle(solver, 12000, 0.3);  // exp(-0.3 x 2700/s x 0.1 s) is nothing
         CHECK(contacts_of(solver) == contacts);
-        CHECK(agree(dem::contact_numbers(solver.setup(), solver.state()).largest_overlap * 2.0 * sphere_radius,
-                    force / sphere_stiffness, 1e-9));
-        CHECK(agree(solver.state().walls[0].force.z, weight, 1e-9));
+        CHECK(dem::contact_numbers(solver.setup(), solver.state()).largest_overlap * 2.0 * sphere_radius ==
+              close_to(force / sphere_stiffness).epsilon(1e-9));
+        CHECK(solver.state().walls[0].force.z == close_to(weight).epsilon(1e-9));
         return solver.grains().place[0].centre;
     };
     double const over = sphere_radius - weight / sphere_stiffness;  // of the centre over what it stands on
@@ -184,7 +179,7 @@ TEST_CASE("mesh: a sphere at rest on a face, a ridge, a peak, in a groove and in
         add_quad(roof, {0, -far, 0}, {0, far, 0}, {far, far, -drop}, {far, -far, -drop});
         add_quad(roof, {0, -far, 0}, {0, far, 0}, {-far, far, -drop}, {-far, -far, -drop});
         Vec3 const at = rests(roof, {0, 0, 1.01 * sphere_radius}, 1, weight);
-        CHECK(agree(at.z, over, 1e-9));
+        CHECK(at.z == close_to(over).epsilon(1e-9));
         CHECK(at.x == 0.0);
     }
     SUBCASE("peak of a pyramid")
@@ -192,7 +187,7 @@ TEST_CASE("mesh: a sphere at rest on a face, a ridge, a peak, in a groove and in
         Triangles pyramid;
         std::array<Vec3, 4> const foot{Vec3{far, 0, -drop}, {0, far, -drop}, {-far, 0, -drop}, {0, -far, -drop}};
         for (std::size_t k = 0; k < 4; ++k) pyramid.push_back({Vec3{}, foot[k], foot[(k + 1) % 4]});
-        CHECK(agree(rests(pyramid, {0, 0, 1.01 * sphere_radius}, 1, weight).z, over, 1e-9));
+        CHECK(rests(pyramid, {0, 0, 1.01 * sphere_radius}, 1, weight).z == close_to(over).epsilon(1e-9));
     }
     SUBCASE("groove: N = m g / (2 cos) on each side, the centre (R - N/k) / cos over its bottom")
     {
@@ -201,7 +196,7 @@ TEST_CASE("mesh: a sphere at rest on a face, a ridge, a peak, in a groove and in
         add_quad(groove, {0, -far, 0}, {0, far, 0}, {-far, far, drop}, {-far, -far, drop});
         double const force = 0.5 * weight / std::cos(slope);
         Vec3 const at = rests(groove, {1e-4, 0, 1.3 * sphere_radius}, 2, force);
-        CHECK(agree(at.z, (sphere_radius - force / sphere_stiffness) / std::cos(slope), 1e-9));
+        CHECK(at.z == close_to((sphere_radius - force / sphere_stiffness) / std::cos(slope)).epsilon(1e-9));
         CHECK(std::abs(at.x) < 1e-9 * sphere_radius);
     }
     SUBCASE("corner of three faces that stand on one another, its diagonal upright: N = m g / sqrt(3)")
@@ -215,7 +210,7 @@ TEST_CASE("mesh: a sphere at rest on a face, a ridge, a peak, in a groove and in
             add_quad(corner, {}, far * u, far * (u + v), far * v);
         double const force = weight / std::sqrt(3.0);
         Vec3 const at = rests(corner, {1e-5, 2e-5, 1.8 * sphere_radius}, 3, force);
-        CHECK(agree(at.z, std::sqrt(3.0) * (sphere_radius - force / sphere_stiffness), 1e-9));
+        CHECK(at.z == close_to(std::sqrt(3.0) * (sphere_radius - force / sphere_stiffness)).epsilon(1e-9));
     }
 }
 
@@ -391,7 +386,7 @@ TEST_CASE("mesh: the walls of a settled silo bear its weight, and the ledger of 
     CHECK(std::abs(solver.energies().balance() - start) < 1e-4 * potential);
     settle(solver, 16000, 0.02);  // exp(-0.02 x 2700/s x 0.24 s) is 2e-6
     Vec3 const on_walls = solver.state().walls[0].force + solver.state().walls[1].force;
-    CHECK(agree(on_walls.z, weight, 1e-3));
+    CHECK(on_walls.z == close_to(weight).epsilon(1e-3));
     CHECK(std::hypot(on_walls.x, on_walls.y) < 1e-3 * weight);
     CHECK(solver.state().walls[0].force.z > 0.0);  // friction: the tube bears a part
 }
@@ -521,5 +516,5 @@ TEST_CASE("mesh: discs on a line cut into segments move as on a line, and rest i
     for (int n = 0; n < 20000; ++n) solver.step(step);
     double const force = density * dem::volume_of<2>(1e-3) * 9.81 * std::sqrt(0.5);
     // falls for 4 ms; exp(-0.2 x 1.1e4/s x 0.03 s) is nothing
-    CHECK(agree(solver.grains().place[0].centre.y, std::sqrt(2.0) * (1e-3 - force / stiffness), 1e-9));
+    CHECK(solver.grains().place[0].centre.y == close_to(std::sqrt(2.0) * (1e-3 - force / stiffness)).epsilon(1e-9));
 }
