@@ -33,6 +33,7 @@ class Grid
                 component<D>(low_, k) = std::min(component(low_, k), x);
                 component<D>(high, k) = std::max(component(high, k), x);
             }
+        if (members.empty()) low_ = high = {};  // sizes with a gap
         double const most =
             4.0 * static_cast<double>(members.size()) + 64.0;  // a few flung grains must not cost memory
         auto const cells = [&] {
