@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "coupler/base/error.hpp"
+#include "participants/dem/domain.hpp"
 #include "participants/dem/half_step.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "participants/dem/stress.hpp"
@@ -83,7 +84,7 @@ template <int D>
 void Solver<D>::derive()
 {
     Grains<D> const& g = state_.grains;
-    smallest_radius_ = smallest_radius(g);
+    smallest_radius_ = domain_ ? domain_->smallest_radius() : smallest_radius(g);
     per_mass_.resize(g.size());
     per_inertia_.resize(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) {
@@ -98,6 +99,24 @@ void Solver<D>::evaluate_again()
 {
     evaluate_(setup_, state_, 0.0, team_.get());
     if (setup_.features.ledger) evaluate_lossy_power(setup_, state_);
+    if (domain_) domain_->refresh(state_.grains);
+}
+
+template <int D>
+void Solver<D>::share_out(Peers& peers)
+{
+    sluice::require(!setup_.features.periodic, [] {
+        return sluice::Error("dem: grains in a periodic cell cannot be shared out among processes (needed: ranks: 1).");
+    });
+    domain_ = std::make_shared<Domain<D>>(peers);
+    domain_->distribute(setup_, state_);
+    derive();
+}
+
+template <int D>
+State<D> Solver<D>::whole() const
+{
+    return domain_ ? domain_->gather(setup_, state_) : state_;
 }
 
 template <int D>
@@ -192,7 +211,19 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
     });
     for (std::size_t w = 0; w < setup_.walls.size(); ++w)
         if (setup_.walls[w].motion.moves()) state_.walls[w].shift = setup_.walls[w].motion.shift(state_.time + dt);
-    if (any_moved || walls_have_moved()) rebuild_lists(setup_, state_);
+    rebuild_if(any_moved || walls_have_moved());
+}
+
+//! Builds the lists anew, on all processes if it is time on one.
+template <int D>
+void Solver<D>::rebuild_if(bool late)
+{
+    if (!domain_) {
+        if (late) rebuild_lists(setup_, state_);
+    } else if (domain_->any(late)) {
+        domain_->rebuild(setup_, state_);
+        derive();
+    }
 }
 
 //! Moves the images of the cell; the work of the first half of the step is booked.
@@ -256,7 +287,8 @@ void Solver<D>::book_step(double dt)
     if (!setup_.loads) return;
     double power = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i)
-        power += dot(g.external[i].force, g.half[i].velocity) + dot(g.external[i].torque, g.half[i].spin);
+        if (!g.is_ghost(i))
+            power += dot(g.external[i].force, g.half[i].velocity) + dot(g.external[i].torque, g.half[i].spin);
     state_.booked.external_work += dt * power;
 }
 
@@ -270,13 +302,14 @@ double Solver<D>::work_of_field(double dt) const
     double work = 0.0;
     Vec<D> const heavier = setup_.gravity_at(now + dt) - setup_.gravity_at(now);
     for (std::size_t i = 0; i < g.size(); ++i)
-        work -= g.mass[i] * dot(heavier, g.place[i].centre - 0.5 * dt * g.half[i].velocity);
+        if (!g.is_ghost(i)) work -= g.mass[i] * dot(heavier, g.place[i].centre - 0.5 * dt * g.half[i].velocity);
     if (!setup_.frame) return work;
     auto const& frame = *setup_.frame;
     auto const pull = frame.centrifugal(now), later = frame.centrifugal(now + dt), push = frame.euler(now, now + dt);
     Spin<D> const twist = spin_of<D>(frame.spin_rate(now, now + dt), frame.direction());
     Vec<D> const axis = point_of_axis(frame);
     for (std::size_t i = 0; i < g.size(); ++i) {
+        if (g.is_ghost(i)) continue;
         auto const& [velocity, spin] = g.half[i];
         Vec<D> const r = g.place[i].centre - 0.5 * dt * velocity - axis;
         work -= 0.5 * setup_.weight * g.mass[i] * dot(r, times(later, r) - times(pull, r));
@@ -292,6 +325,7 @@ void Solver<D>::advance(double dt, Half const& first, Half const& second)
     drift(dt, first, second);
     evaluate_(setup_, state_, dt, team_.get());
     kick(dt, second);
+    if (domain_) domain_->refresh(state_.grains);
 }
 
 template <int D>
@@ -330,6 +364,7 @@ template <int D>
 void Solver<D>::restore(State<D> state)
 {
     state_ = std::move(state);
+    if (domain_) domain_->distribute(setup_, state_);
     derive();
 }
 
