@@ -26,9 +26,13 @@ void add_pair_forces(Setup<D> const& setup, State<D>& state, double dt, [[maybe_
     }
     ContactLaw const law = setup.law;
     Books books;
-    for (std::size_t i = 0; i < state.grains.size(); ++i)
+    [[maybe_unused]] Books theirs;  // of pairs whose first grain is another process's, which books them
+    for (std::size_t i = 0; i < state.grains.size(); ++i) {
+        Books* to = &books;
+        if constexpr (F.ledger) to = state.grains.is_ghost(i) ? &theirs : &books;
         for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot)
-            add_pair<F>(law, state, i, slot, dt, books);
+            add_pair<F>(law, state, i, slot, dt, *to);
+    }
     if constexpr (F.ledger) books.add_to(state.booked);
 }
 

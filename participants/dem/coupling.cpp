@@ -11,7 +11,9 @@
 
 #include "coupler/coupler.hpp"
 #include "participants/dem/checkpoint.hpp"
+#include "participants/dem/domain.hpp"
 #include "participants/dem/measures.hpp"
+#include "participants/dem/mpi_peers.hpp"
 #include "participants/dem/recorder.hpp"
 #include "participants/dem/setup.hpp"
 #include "participants/dem/steady_shear.hpp"
@@ -183,11 +185,12 @@ std::size_t count_grains(Config const& config)
            config.grains.size();
 }
 
-//! At t = 0; in a resumed run without grains: the checkpoint brings them, nothing is poured.
+//! At t = 0; in a resumed run without grains: the checkpoint brings them, nothing is poured. Without grains, too, on
+//! all processes but the first.
 template <int D>
 Solver<D> prepare_solver(sluice::Participant& self, Config const& config, Ledger ledger)
 {
-    if (self.resumes()) return {make_setup<D>(config, ledger), {}};
+    if (self.resumes() || self.rank() > 0) return {make_setup<D>(config, ledger), {}};
     auto const packing = prepare_packing<D>(config, packing_cache(), [&](std::string const& line) { self.note(line); });
     return make_solver(config, packing, ledger);
 }
@@ -223,25 +226,63 @@ Due due_at(sluice::Window const& window)
 }
 Due const at_start{0.0, true, true, [](double) { return true; }};
 
+//! All grains of a run, whether one process has them or several; then the first sees them, the others see none.
+template <int D>
+class Overview
+{
+ public:
+    explicit Overview(Solver<D> const& solver) : solver_(solver) {}
+
+    //! As they are now. Called by all processes.
+    Solver<D> const& now()
+    {
+        if (!solver_.domain()) return solver_;
+        if (!all_) all_.emplace(solver_.setup(), Grains<D>{});
+        all_->restore(solver_.whole());
+        return *all_;
+    }
+
+ private:
+    Solver<D> const& solver_;
+    std::optional<Solver<D>> all_;
+};
+
+//! Several processes: the grains of the first are shared out.
+template <int D>
+void share_out(sluice::Participant& self, Solver<D>& solver, Peers* peers)
+{
+    if (!peers) return;
+    solver.share_out(*peers);
+    auto const& ghost = solver.grains().ghost;
+    auto const seen = static_cast<std::size_t>(std::count(ghost.begin(), ghost.end(), std::uint8_t{1}));
+    if (2 * seen > ghost.size())
+        self.warn("process " + std::to_string(self.rank()) + " of the grains has " +
+                  std::to_string(ghost.size() - seen) + " of its own and sees " + std::to_string(seen) +
+                  " of others: its part is too thin to be worth a process. Try fewer ranks.");
+}
+
 template <int D>
 void run(sluice::Participant& self, Config const& config)
 {
+    bool const first = self.rank() == 0;
+    auto const peers = self.ranks() > 1 ? mpi_peers(self.rank(), self.ranks()) : nullptr;
     double const series = self.scene().series_interval;
     bool const ledger = config.measures.need_ledger(series) && config.scheme != Scheme::liggghts;
     Solver<D> solver = prepare_solver<D>(self, config, ledger ? Ledger::on : Ledger::off);
     Start start;
+    Overview<D> overview(solver);
     SteadyShear steady;
     bool const sheared = config.periodic.is_sheared();
     self.keeps(
         [&](sluice::State& state) {
-            keep(solver.state(), state);
+            keep(overview.now().state(), state);
             keep_source(config, state);
             start.keep(state);
             if (sheared) steady.keep(state);
         },
         [&](sluice::State const& state) {
             require_source(config, state);
-            solver.restore(kept_state<D>(state, solver.setup(), count_grains(config)));
+            solver.restore(kept_state<D>(state, solver.setup(), first ? count_grains(config) : 0));
             start = Start::kept(state);
             if (sheared) steady = SteadyShear::kept(state);
         });
@@ -252,40 +293,61 @@ void run(sluice::Participant& self, Config const& config)
     Columns<D> columns;
     std::optional<Recorder<D>> recorder;
     auto begin_recording = [&](std::optional<double> resumed_at) {
+        if (!first) return;
         recorder.emplace(typename Recorder<D>::Names{self.directory(), self.name(), self.scene().hash}, config,
                          start.mean_diameter, resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
-    auto tell = [&] {
-        columns.update(solver.grains());
+    auto tell = [&](Solver<D> const& all) {
+        columns.update(all.grains());
         for (auto const& to : receivers) self.write(to, kinematics_of(columns));
     };
-    if (!self.resumes()) {
+    if (!self.resumes() && first) {
         start = start_of(config, solver);
-        tell();
+        tell(solver);
         begin_recording(std::nullopt);
         recorder->record(at_start, columns, {solver, {}, start.balance});
     }
+    share_out(self, solver, peers.get());
     sluice::Windows windows = self.windows();
     if (self.resumes()) begin_recording(self.resumed_at());
-    state_facts(self, config, solver.grains().size(), start);
+    state_facts(self, config, count_grains(config), start);
     Finder const find(solver.grains().id);
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());
         std::vector<sluice::Sampled<sluice::Load>> loads;
         for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
         Vec<D> const impulse = advance(solver, config.step, window, find, loads);
-        tell();
+        Due const due = due_at(window);
+        if (peers && !is_anything_due(config.measures, due)) continue;  // all would be gathered for nothing
+        Solver<D> const& all = overview.now();
+        tell(all);
         if (iterates(self) && !self.accepted(window)) continue;
         if (sheared) steady.sample(solver);
-        recorder->record(due_at(window), columns, {solver, impulse, start.balance});
+        if (first) recorder->record(due, columns, {all, impulse, start.balance});
     }
-    auto const m = measure(solver);
+    auto const& all = overview.now();
+    if (!first) return;
+    auto const m = measure(all);
     self.fact("final run-out [m]", m.front);
     self.fact("final height [m]", m.height);
     if (sheared)
         for (auto const& [name, value] : steady.facts()) self.fact(name, value);
     recorder->close();
+}
+
+//! What several processes cannot do yet.
+void check_ranks(sluice::Participant const& self, Config const& config)
+{
+    if (self.ranks() == 1) return;
+    sluice::require(!config.periodic.any(), [] {
+        return sluice::Error("grains in a periodic cell cannot be shared out among processes (needed: ranks: 1).");
+    });
+    sluice::require(self.receivers("kinematics").empty() && self.senders("load").empty(), [] {
+        return sluice::Error(
+            "grains that are coupled with a partner cannot be shared out among processes yet (needed: ranks: 1, or "
+            "grains alone). Try config.threads.");
+    });
 }
 
 void take_part(sluice::Participant& self)
@@ -297,7 +359,9 @@ void take_part(sluice::Participant& self)
     auto const* rotation = self.rotation();
     Config config = read_config(self.config(), dimension, {gravity[0], gravity[1], gravity[2]},
                                 rotation ? std::optional(*rotation) : std::nullopt);
-    for (auto const& warning : config.warnings) self.warn(warning);
+    if (self.rank() == 0)
+        for (auto const& warning : config.warnings) self.warn(warning);
+    check_ranks(self, config);
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);
     config.loads = !self.senders("load").empty();

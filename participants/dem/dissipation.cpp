@@ -7,12 +7,14 @@
 namespace dem {
 namespace {
 
-//! Calls `visit(contact, overlap, law, motion of i, motion of j, history, slot)` for each listed contact of the pairs.
+//! Calls `visit(contact, overlap, law, motion of i, motion of j, history, slot)` for each listed contact of the pairs
+//! whose first grain is ours.
 template <int D, class Visit>
 void for_pairs(Setup<D> const& setup, State<D> const& state, Visit&& visit)
 {
     Grains<D> const& g = state.grains;
-    for (std::size_t i = 0; i < g.size(); ++i)
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        if (g.is_ghost(i)) continue;  // its owner sees the pair as well
         for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
             std::size_t const j = state.pairs.other[slot];
             Vec<D> const from_j = apart(g, state.pairs, state.cell, i, slot);
@@ -22,6 +24,7 @@ void for_pairs(Setup<D> const& setup, State<D> const& state, Visit&& visit)
             visit(contact_of<D>(from_j, distance, ri, rj), ri + rj - distance, setup.law, g.motion[i], motion,
                   state.pairs.history, slot);
         }
+    }
 }
 template <int D, class Visit>
 void for_wall(Setup<D> const& setup, State<D> const& state, std::size_t w, Visit&& visit)

@@ -33,6 +33,7 @@ class Grid
                 component<D>(low_, k) = std::min(component(low_, k), x);
                 component<D>(high, k) = std::max(component(high, k), x);
             }
+        if (members.empty()) low_ = high = {};  // sizes with a gap
         double const most =
             4.0 * static_cast<double>(members.size()) + 64.0;  // a few flung grains must not cost memory
         auto const cells = [&] {
@@ -117,6 +118,8 @@ std::vector<std::vector<std::uint32_t>> by_size(Grains<D> const& g, std::vector<
     return levels;
 }
 
+}  // namespace
+
 template <int D>
 void check_finite(State<D> const& state)
 {
@@ -128,6 +131,10 @@ void check_finite(State<D> const& state)
                                  sluice::Exit::numerical);
         });
 }
+template void check_finite<2>(State<2> const&);
+template void check_finite<3>(State<3> const&);
+
+namespace {
 
 //! An empty history of so many contacts.
 template <int D>
@@ -178,6 +185,28 @@ void check_apart(State<D> const& state, Pairs<D> const& pairs, std::size_t i, st
     });
 }
 
+//! sqrt(m*) of a pair [sqrt(kg)].
+template <int D>
+double sqrt_mass_of(Setup<D> const& setup, double a, double b)
+{
+    return setup.absolute_damping ? 1.0 : std::sqrt(a * b / (a + b));
+}
+
+//! Takes pairs of two ghosts off a list: they are their owners' business.
+template <int D>
+void leave_out_ghosts(Grains<D> const& g, std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& other)
+{
+    std::uint32_t kept = 0, begin = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        std::uint32_t const end = first[i + 1];
+        for (std::uint32_t slot = begin; slot < end; ++slot)
+            if (!g.is_ghost(i) || !g.is_ghost(other[slot])) other[kept++] = other[slot];
+        begin = end;
+        first[i + 1] = kept;
+    }
+    other.resize(kept);
+}
+
 template <int D>
 void rebuild_pairs(Setup<D> const& setup, State<D>& state)
 {
@@ -187,6 +216,7 @@ void rebuild_pairs(Setup<D> const& setup, State<D>& state)
         find_periodic_pairs(setup, state, pairs.first, pairs.other, pairs.image);
     else
         find_pairs(state.grains, setup.skin, pairs.first, pairs.other);
+    if (!state.grains.ghost.empty()) leave_out_ghosts(state.grains, pairs.first, pairs.other);
     pairs.history = history_of<D>(setup.features, pairs.other.size());
     pairs.sqrt_mass.resize(pairs.other.size());
     derive_from_list(setup, pairs, state.grains.size());
@@ -196,8 +226,7 @@ void rebuild_pairs(Setup<D> const& setup, State<D>& state)
         std::uint32_t const end = old.first.empty() ? 0 : old.first[i + 1];
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
             check_apart(state, pairs, i, slot);
-            double const other = mass[pairs.other[slot]];
-            pairs.sqrt_mass[slot] = setup.absolute_damping ? 1.0 : std::sqrt(mass[i] * other / (mass[i] + other));
+            pairs.sqrt_mass[slot] = sqrt_mass_of(setup, mass[i], mass[pairs.other[slot]]);
             while (from < end && old.other[from] < pairs.other[slot]) ++from;  // both rows are ascending
             if (from < end && old.other[from] == pairs.other[slot]) copy_entry(old.history, from, pairs.history, slot);
         }
@@ -227,6 +256,7 @@ void rebuild_wall(Wall<D> const& wall, Setup<D> const& setup, State<D> const& st
     };
     auto const look = [&](auto const& shape) {
         for (std::size_t i = 0; i < g.size(); ++i) {
+            if (g.is_ghost(i)) continue;
             Facing<D> const at = shape.facing(g.place[i].centre - contacts.shift);
             if (at.distance - g.place[i].radius >= setup.skin) continue;
             sluice::require(at.distance > 0.0, [&] {
@@ -277,6 +307,15 @@ void derive_from_list(Setup<D> const& setup, Pairs<D>& pairs, std::size_t grains
     for (std::uint32_t slot = 0; slot < pairs.image.size(); ++slot)
         if (pairs.image[slot] != home<D>) pairs.seam.push_back(slot);
 }
+template <int D>
+void set_sqrt_masses(Setup<D> const& setup, Grains<D> const& g, Pairs<D>& pairs)
+{
+    pairs.sqrt_mass.resize(pairs.other.size());
+    for (std::size_t slot = 0; slot < pairs.other.size(); ++slot)
+        pairs.sqrt_mass[slot] = sqrt_mass_of(setup, g.mass[pairs.owner[slot]], g.mass[pairs.other[slot]]);
+}
+template void set_sqrt_masses<2>(Setup<2> const&, Grains<2> const&, Pairs<2>&);
+template void set_sqrt_masses<3>(Setup<3> const&, Grains<3> const&, Pairs<3>&);
 template void derive_from_list<2>(Setup<2> const&, Pairs<2>&, std::size_t);
 template void derive_from_list<3>(Setup<3> const&, Pairs<3>&, std::size_t);
 

@@ -17,9 +17,18 @@ void find_pairs(Grains<D> const& grains, double reach, std::vector<std::uint32_t
                 std::vector<std::uint32_t>& other);
 
 //! Rebuilds the neighbour lists of pairs and walls from the current positions; histories are carried over by pair.
+//! Ghosts are listed with grains of ours only.
 //! Throws sluice::Error (numerical) naming the first grain whose position is not finite or behind a wall.
 template <int D>
 void rebuild_lists(Setup<D> const& setup, State<D>& state);
+
+//! Throws sluice::Error (numerical) naming the first grain whose position is not finite.
+template <int D>
+void check_finite(State<D> const& state);
+
+//! The pairs' sqrt(m*), after derive_from_list().
+template <int D>
+void set_sqrt_masses(Setup<D> const& setup, Grains<D> const& grains, Pairs<D>& pairs);
 
 //! What follows from a list's `first` and `other`: owners, flags, and the transposed list if threads want it.
 template <int D>

@@ -1,5 +1,6 @@
 #include "participants/dem/recorder.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -53,6 +54,12 @@ template <int D>
 constexpr auto newton = D == 2 ? "N/m" : "N";
 
 }  // namespace
+
+bool is_anything_due(MeasuresConfig const& measures, Due const& due)
+{
+    auto const at_its_own = [&](auto const& m) { return m.wanted && m.interval > 0.0 && due.others(m.interval); };
+    return due.picture || due.series || std::any_of(measures.of.begin(), measures.of.end(), at_its_own);
+}
 
 //! A dataset of the archive of measures.
 template <int D>

@@ -33,6 +33,9 @@ struct Due
     std::function<bool(double)> others;  //!< whether it is one of the times of another interval [s]
 };
 
+//! Whether there is anything to record at that time.
+bool is_anything_due(MeasuresConfig const& measures, Due const& due);
+
 //! What a run leaves behind: ParaView series, HDF5 archives, tables. The layout is in README.md.
 template <int D>
 class Recorder

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "coupler/base/error.hpp"
+#include "participants/dem/domain.hpp"
 #include "participants/dem/film.hpp"
 #include "participants/dem/half_step.hpp"
 #include "participants/dem/mesh_contacts.hpp"
@@ -86,7 +87,7 @@ template <int D>
 void Solver<D>::derive()
 {
     Grains<D> const& g = state_.grains;
-    smallest_radius_ = smallest_radius(g);
+    smallest_radius_ = domain_ ? domain_->smallest_radius() : smallest_radius(g);
     per_mass_.resize(g.size());
     per_inertia_.resize(g.size());
     for (std::size_t i = 0; i < g.size(); ++i) {
@@ -109,6 +110,7 @@ void Solver<D>::evaluate_again()
 {
     evaluate(0.0);
     if (setup_.features.ledger) evaluate_power();
+    if (domain_) domain_->refresh(state_.grains);
 }
 
 template <int D>
@@ -116,15 +118,6 @@ void Solver<D>::evaluate_power()
 {
     evaluate_lossy_power(setup_, state_);
     if (setup_.lubrication.any()) state_.power.normal += power_of_films(setup_, state_);
-}
-
-//! The lists, of all grains; then without those that sleep.
-template <int D>
-void Solver<D>::rebuild()
-{
-    take_back(setup_, state_);
-    rebuild_lists(setup_, state_);
-    put_aside(setup_, state_);
 }
 
 //! Before a step.
@@ -137,6 +130,32 @@ void Solver<D>::let_sleep()
         if (!woke && setup_.features.ledger) evaluate_power();  // of those that came to rest
     }
     if (!state_.rest.apart) put_aside(setup_, state_);
+}
+
+template <int D>
+void Solver<D>::share_out(Peers& peers)
+{
+    auto const refuse_if = [](bool does, char const* what) {
+        sluice::require(!does, [&] {
+            return sluice::Error(std::string("dem: grains ") + what +
+                                 " cannot be shared out among processes (needed: ranks: 1).");
+        });
+    };
+    refuse_if(setup_.features.periodic, "in a periodic cell");
+    refuse_if(setup_.sleep.any(), "that may sleep");
+    refuse_if(setup_.lubrication.any(), "with lubrication");
+    refuse_if(std::any_of(setup_.walls.begin(), setup_.walls.end(),
+                          [](Wall<D> const& wall) { return std::holds_alternative<Mesh<D>>(wall.shape); }),
+              "with a mesh");
+    domain_ = std::make_shared<Domain<D>>(peers);
+    domain_->distribute(setup_, state_);
+    derive();
+}
+
+template <int D>
+State<D> Solver<D>::whole() const
+{
+    return domain_ ? domain_->gather(setup_, state_) : state();
 }
 
 template <int D>
@@ -236,8 +255,23 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
     });
     for (std::size_t w = 0; w < setup_.walls.size(); ++w)
         if (setup_.walls[w].motion.moves()) state_.walls[w].shift = setup_.walls[w].motion.shift(state_.time + dt);
-    if (any_moved || walls_have_moved()) rebuild();
+    rebuild_if(any_moved || walls_have_moved());
     find_feet(setup_, state_, dt);
+}
+
+//! Builds the lists anew, on all processes if it is time on one; those that sleep are left out again.
+template <int D>
+void Solver<D>::rebuild_if(bool late)
+{
+    if (domain_) {
+        if (!domain_->any(late)) return;
+        domain_->rebuild(setup_, state_);
+        derive();
+    } else if (late) {
+        take_back(setup_, state_);
+        rebuild_lists(setup_, state_);
+        put_aside(setup_, state_);
+    }
 }
 
 //! Moves the images of the cell; the work of the first half of the step is booked.
@@ -303,7 +337,8 @@ void Solver<D>::book_step(double dt)
     if (!setup_.loads) return;
     double power = 0.0;
     for (std::size_t i = 0; i < g.size(); ++i)
-        power += dot(g.external[i].force, g.half[i].velocity) + dot(g.external[i].torque, g.half[i].spin);
+        if (!g.is_ghost(i))
+            power += dot(g.external[i].force, g.half[i].velocity) + dot(g.external[i].torque, g.half[i].spin);
     state_.booked.external_work += dt * power;
 }
 
@@ -317,13 +352,14 @@ double Solver<D>::work_of_field(double dt) const
     double work = 0.0;
     Vec<D> const heavier = setup_.gravity_at(now + dt) - setup_.gravity_at(now);
     for (std::size_t i = 0; i < g.size(); ++i)
-        work -= g.mass[i] * dot(heavier, g.place[i].centre - 0.5 * dt * g.half[i].velocity);
+        if (!g.is_ghost(i)) work -= g.mass[i] * dot(heavier, g.place[i].centre - 0.5 * dt * g.half[i].velocity);
     if (!setup_.frame) return work;
     auto const& frame = *setup_.frame;
     auto const pull = frame.centrifugal(now), later = frame.centrifugal(now + dt), push = frame.euler(now, now + dt);
     Spin<D> const twist = spin_of<D>(frame.spin_rate(now, now + dt), frame.direction());
     Vec<D> const axis = point_of_axis(frame);
     for (std::size_t i = 0; i < g.size(); ++i) {
+        if (g.is_ghost(i)) continue;
         auto const& [velocity, spin] = g.half[i];
         Vec<D> const r = g.place[i].centre - 0.5 * dt * velocity - axis;
         work -= 0.5 * setup_.weight * g.mass[i] * dot(r, times(later, r) - times(pull, r));
@@ -339,6 +375,7 @@ void Solver<D>::advance(double dt, Half const& first, Half const& second)
     drift(dt, first, second);
     evaluate(dt);
     kick(dt, second);
+    if (domain_) domain_->refresh(state_.grains);
 }
 
 template <int D>
@@ -378,6 +415,7 @@ template <int D>
 void Solver<D>::restore(State<D> state)
 {
     state_ = std::move(state);
+    if (domain_) domain_->distribute(setup_, state_);
     derive();
     find_feet(setup_, state_, 0.0);
 }

@@ -9,6 +9,10 @@
 
 namespace dem {
 
+class Peers;
+template <int D>
+class Domain;
+
 //! A run: setup (constant) and state. A value: a copy continues on its own, bit for bit alike.
 //!
 //! Step, velocity Verlet (order 2):
@@ -43,11 +47,23 @@ class Solver
     //! Replaces laws, gravity and frame by those of another setup with the same walls (used while a packing is
     //! prepared).
     void set_laws(Setup<D> const& from);
-    //! Continues from a state that another solver of the same setup had (a checkpoint).
+    //! Continues from a state that another solver of the same setup had (a checkpoint). Where grains are shared out
+    //! that is the whole state on process 0, and its like without grains on the others.
     void restore(State<D> state);
+
+    //! From now on this process has its part of the run only: every process of `peers` calls it, with solvers of the
+    //! same setup, and those grains are shared out that process 0 has. The others' solvers are made without grains. All
+    //! that steps then talks to the other processes. Not with periodic sides, sleep, lubrication or a mesh: throws
+    //! sluice::Error. `peers` outlives it.
+    void share_out(Peers& peers);
+    //! The state of the whole run: its own, or where grains are shared out what Domain::gather() says; then all call
+    //! it.
+    State<D> whole() const;
+    Domain<D> const* domain() const { return domain_.get(); }  //!< null: all grains are here
 
  private:
     void derive();
+    void rebuild_if(bool late);
     template <class Body>
     void share(Body&& body);
     auto loads() const;
@@ -66,12 +82,12 @@ class Solver
     void evaluate(double dt);
     void evaluate_again();
     void evaluate_power();
-    void rebuild();
     void let_sleep();
 
     Setup<D> setup_;
     mutable State<D> state_;              //!< mutable: whether its list is whole is nobody's business
     std::shared_ptr<sluice::Team> team_;  //!< shared by copies, which take turns; null: one thread
+    std::shared_ptr<Domain<D>> domain_;   //!< shared by copies: only one of them goes on
     Evaluate<D> evaluate_ = nullptr;
     double smallest_radius_ = 0.0;
     std::vector<double> per_mass_, per_inertia_;  //!< [1/kg], [1/(kg m2)]

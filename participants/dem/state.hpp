@@ -67,20 +67,22 @@ struct alignas(32) Load<3>
     alignas(32) Vec3 torque;  //!< [N m]
 };
 
-//! All grains; an index stays that of its grain for the whole run.
+//! All grains; an index stays that of its grain for the whole run, where one process has all of them.
 template <int D>
 struct Grains
 {
     std::vector<std::int64_t> id;  //!< lasting id; 0 .. N-1 unless a file gives others
     std::vector<Place<D>> place;
-    std::vector<Motion<D>> motion;  //!< on the step, between two steps
-    std::vector<Motion<D>> half;    //!< in the middle of the step; scratch
-    std::vector<double> mass;       //!< [kg]; discs: per metre of thickness
-    std::vector<double> inertia;    //!< [kg m2]; m R^2/2 (disc), 2 m R^2/5 (sphere) unless set otherwise
-    std::vector<Load<D>> contact;   //!< of contacts and walls at the current positions
-    std::vector<Load<D>> external;  //!< set by the caller, held over a step
+    std::vector<Motion<D>> motion;    //!< on the step, between two steps
+    std::vector<Motion<D>> half;      //!< in the middle of the step; scratch
+    std::vector<double> mass;         //!< [kg]; discs: per metre of thickness
+    std::vector<double> inertia;      //!< [kg m2]; m R^2/2 (disc), 2 m R^2/5 (sphere) unless set otherwise
+    std::vector<Load<D>> contact;     //!< of contacts and walls at the current positions
+    std::vector<Load<D>> external;    //!< set by the caller, held over a step
+    std::vector<std::uint8_t> ghost;  //!< 1: another process's, seen here (domain.hpp); empty: all are ours
 
     std::size_t size() const { return place.size(); }
+    bool is_ghost(std::size_t i) const { return !ghost.empty() && ghost[i] != 0; }
     //! Adds a grain of the given density [kg/m3] and returns its index, which is also its id.
     std::size_t add(Vec<D> centre, double radius, double density, Motion<D> const& motion = {});
 };

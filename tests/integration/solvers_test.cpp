@@ -135,6 +135,43 @@ TEST_CASE("dry and buoyant columns start no LBM process and share the immersed c
     CHECK(heights[0] == heights[2]);
 }
 
+TEST_CASE("dry column: two processes that share the grains leave the bytes of one, sums of the ledger to rounding")
+{
+    in_threads::Scratch scratch;
+    auto const scene = configs / "dry_column.yaml";
+    auto const started = [&](std::string const& name, std::vector<std::string> more) {
+        for (auto const setting : {"time.end=0.02", "participants.grains.config.column.count=150",
+                                   "output.interval=0.005", "output.series=0.001"})
+            more.emplace_back(setting);
+        REQUIRE(run(scene, scratch.path() / name, more).exit == 0);
+        return scratch.path() / name;
+    };
+    std::string const measures = "participants.grains.config.measures=[run_out, contacts, centre, profile]";
+    auto const one = started("one", {measures}), two = started("two", {measures, "participants.grains.ranks=2"});
+    CHECK(read_table(one / "series.csv").at("time [s]").size() > 15);
+    for (auto const name : {"series.csv", "grains.csv"}) CHECK(same_bytes(one / name, two / name));
+    for (auto const& entry : std::filesystem::recursive_directory_iterator(one / "grains"))
+        CHECK(same_bytes(entry.path(), two / "grains" / entry.path().filename()));
+    auto const booked = read_table(started("booked", {}) / "grains.csv");
+    auto const shared = read_table(started("shared", {"participants.grains.ranks=3"}) / "grains.csv");
+    REQUIRE(booked.size() == shared.size());
+    double const scale = booked.at("balance [J/m]").at(0);
+    for (auto const& [name, column] : booked)
+        for (std::size_t k = 0; k < column.size(); ++k)
+            CHECK(std::abs(shared.at(name).at(k) - column[k]) <= 1e-12 * scale);
+}
+
+TEST_CASE("grains of several processes: a partner is refused, with the reason")
+{
+    in_threads::Scratch scratch;
+    auto const out = scratch.path() / "refused";
+    auto const result = shell::run(
+        {sluice_command, "run", configs / "immersed_column.yaml", "--out", out, "--set", "participants.grains.ranks=2"},
+        out.string() + ".output", 60);
+    CHECK(result.exit == 2);
+    CHECK(result.output.find("cannot be shared out among processes yet") != std::string::npos);
+}
+
 TEST_CASE("C08: third law across executables: in every window the grains take the impulse that the fluid gave")
 {
     // C08_conservation.csv (6): the impulse logged by the DEM equals that logged by the LBM, <= 1e-14, every window.

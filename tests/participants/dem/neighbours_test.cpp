@@ -76,6 +76,9 @@ TEST_CASE("neighbours: spheres, alike and of sizes that differ by a factor of tw
     check_against_all(spheres(400, 1.8, 2), 2e-4);
     check_against_all(spheres(1500, 20.0, 3), 2e-4);
     check_against_all(spheres(800, 100.0, 4), 0.0);
+    dem::Grains<3> gap = spheres(400, 1.0, 5);  // and nothing between
+    gap.add({}, 8e-3, 2650.0);
+    check_against_all(gap, 2e-4);
 }
 
 TEST_CASE("neighbours: springs survive a rebuild, by pair and by wall")

@@ -13,48 +13,6 @@ using dem::Rolling;
 using dem::Scheme;
 using dem::Vec3;
 
-//! Spheres that fall, turn, meet, slide and part in a box with a moving floor.
-dem::Solver<3> tumbling(Rolling rolling, Scheme scheme, bool plain, bool ledger = false, int threads = 1)
-{
-    dem::ContactConfig c = unit::rolling_contact(0.3, rolling);
-    c.normal_stiffness = 1e5;
-    c.tangential_stiffness = 2e5 / 7.0;
-    dem::Setup<3> s;
-    s.gravity = {1.0, 0.5, -9.81};
-    s.law = dem::contact_law(c);
-    s.skin = 1e-3;
-    s.plain = plain;
-    s.threads = threads;
-    s.features = {.friction = true, .rolling = rolling, .scheme = scheme, .ledger = ledger};
-    auto const wall = [&](Vec3 point, Vec3 normal, Vec3 velocity) {
-        dem::WallMotion<3> motion;
-        motion.velocity = velocity;
-        s.walls.push_back({.name = "w", .shape = dem::Plane<3>{point, normal}, .motion = motion, .law = s.law});
-    };
-    wall({}, {0, 0, 1}, {0.2, 0.0, 0.05});
-    wall({}, {1, 0, 0}, {});
-    wall({}, {0, 1, 0}, {});
-    wall({0.05, 0, 0}, {-1, 0, 0}, {});
-    wall({0, 0.05, 0}, {0, -1, 0}, {});
-    s.walls.push_back({.name = "pillar",
-                       .shape = dem::Cylinder<3>{{0.025, 0.025, 0.0}, {0, 0, 1}, 0.004, false},
-                       .motion = {},
-                       .law = s.law});
-    dem::Random random(5);
-    dem::Grains<3> g;
-    for (int k = 0; k < 5 * 5 * 9 + 2; ++k) {
-        auto const about = [&](double scale) { return random.uniform(-scale, scale); };
-        Vec3 const centre{(k % 5 + 0.5) * 0.01 + about(5e-4), (k / 5 % 5 + 0.5) * 0.01 + about(5e-4),
-                          (k / 25 + 0.5) * 0.01 + about(5e-4)};
-        if (k % 25 == 12) continue;  // where the pillar is
-        dem::Motion<3> motion{};
-        motion.velocity = {about(1.0), about(1.0), about(1.0)};
-        motion.spin = {about(100.0), about(100.0), about(100.0)};
-        g.add(centre, random.uniform(3.5e-3, 4.5e-3), 2650.0, motion);
-    }
-    return {s, g};
-}
-
 bool same(dem::State<3> const& a, dem::State<3> const& b)
 {
     for (std::size_t i = 0; i < a.grains.size(); ++i)
@@ -78,7 +36,8 @@ TEST_CASE("packed: contacts four at a time are those one at a time, to the last 
             if (scheme == Scheme::liggghts && rolling == Rolling::elastic_plastic) continue;  // not compiled
             CAPTURE(static_cast<int>(scheme));
             CAPTURE(static_cast<int>(rolling));
-            dem::Solver<3> packed = tumbling(rolling, scheme, false), plain = tumbling(rolling, scheme, true);
+            dem::Solver<3> packed = unit::tumbling(rolling, scheme, false),
+                           plain = unit::tumbling(rolling, scheme, true);
             REQUIRE(dem::is_packed(packed.setup().features, 3));
             for (int n = 0; n < 4000; ++n) {
                 packed.step(5e-6);
@@ -92,8 +51,8 @@ TEST_CASE("packed: contacts four at a time are those one at a time, to the last 
 
 TEST_CASE("packed: the ledger, which is plain, does not change a bit")
 {
-    dem::Solver<3> packed = tumbling(Rolling::elastic_plastic, Scheme::predicted, false);
-    dem::Solver<3> booked = tumbling(Rolling::elastic_plastic, Scheme::predicted, false, true);
+    dem::Solver<3> packed = unit::tumbling(Rolling::elastic_plastic, Scheme::predicted, false);
+    dem::Solver<3> booked = unit::tumbling(Rolling::elastic_plastic, Scheme::predicted, false, true);
     double const start = booked.energies().balance(), kinetic = booked.energies().kinetic();
     for (int n = 0; n < 4000; ++n) packed.step(5e-6), booked.step(5e-6);
     CHECK(same(packed.state(), booked.state()));
@@ -105,9 +64,9 @@ TEST_CASE("packed: the ledger, which is plain, does not change a bit")
 TEST_CASE("packed: the number of threads changes no bit")
 {
     for (Scheme const scheme : {Scheme::predicted, Scheme::liggghts}) {
-        dem::Solver<3> one = tumbling(Rolling::constant, scheme, false);
-        dem::Solver<3> two = tumbling(Rolling::constant, scheme, false, false, 2);
-        dem::Solver<3> five = tumbling(Rolling::constant, scheme, false, false, 5);
+        dem::Solver<3> one = unit::tumbling(Rolling::constant, scheme, false);
+        dem::Solver<3> two = unit::tumbling(Rolling::constant, scheme, false, false, 2);
+        dem::Solver<3> five = unit::tumbling(Rolling::constant, scheme, false, false, 5);
         for (int n = 0; n < 3000; ++n) {
             one.step(5e-6), two.step(5e-6), five.step(5e-6);
             if (n % 500 == 0) REQUIRE(same(one.state(), two.state()));

@@ -75,6 +75,49 @@ inline dem::Solver<2> box(bool ledger = false, double skin = 2e-4)
     return {s, loose(12, 5, 0.3)};
 }
 
+//! Spheres that fall, turn, meet, slide and part in a box with a moving floor.
+inline dem::Solver<3> tumbling(dem::Rolling rolling, dem::Scheme scheme, bool plain, bool ledger = false,
+                               int threads = 1)
+{
+    dem::ContactConfig c = rolling_contact(0.3, rolling);
+    c.normal_stiffness = 1e5;
+    c.tangential_stiffness = 2e5 / 7.0;
+    dem::Setup<3> s;
+    s.gravity = {1.0, 0.5, -9.81};
+    s.law = dem::contact_law(c);
+    s.skin = 1e-3;
+    s.plain = plain;
+    s.threads = threads;
+    s.features = {.friction = true, .rolling = rolling, .scheme = scheme, .ledger = ledger};
+    auto const wall = [&](dem::Vec3 point, dem::Vec3 normal, dem::Vec3 velocity) {
+        dem::WallMotion<3> motion;
+        motion.velocity = velocity;
+        s.walls.push_back({.name = "w", .shape = dem::Plane<3>{point, normal}, .motion = motion, .law = s.law});
+    };
+    wall({}, {0, 0, 1}, {0.2, 0.0, 0.05});
+    wall({}, {1, 0, 0}, {});
+    wall({}, {0, 1, 0}, {});
+    wall({0.05, 0, 0}, {-1, 0, 0}, {});
+    wall({0, 0.05, 0}, {0, -1, 0}, {});
+    s.walls.push_back({.name = "pillar",
+                       .shape = dem::Cylinder<3>{{0.025, 0.025, 0.0}, {0, 0, 1}, 0.004, false},
+                       .motion = {},
+                       .law = s.law});
+    dem::Random random(5);
+    dem::Grains<3> g;
+    for (int k = 0; k < 5 * 5 * 9 + 2; ++k) {
+        auto const about = [&](double scale) { return random.uniform(-scale, scale); };
+        dem::Vec3 const centre{(k % 5 + 0.5) * 0.01 + about(5e-4), (k / 5 % 5 + 0.5) * 0.01 + about(5e-4),
+                               (k / 25 + 0.5) * 0.01 + about(5e-4)};
+        if (k % 25 == 12) continue;  // where the pillar is
+        dem::Motion<3> motion{};
+        motion.velocity = {about(1.0), about(1.0), about(1.0)};
+        motion.spin = {about(100.0), about(100.0), about(100.0)};
+        g.add(centre, random.uniform(3.5e-3, 4.5e-3), 2650.0, motion);
+    }
+    return {s, g};
+}
+
 inline constexpr double step = 2e-6;  //!< [s], below t_c/50 of two 1 mm discs
 
 inline char const* const scene =

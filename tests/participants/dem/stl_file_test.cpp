@@ -181,7 +181,7 @@ TEST_CASE("stl: a file cut off anywhere is refused, and one with a changed byte 
     CHECK(read < 1900);
 }
 
-TEST_CASE("mesh: a scene names a file beside it and its scale; a packing and a checkpoint know the mesh")
+TEST_CASE("mesh: a scene names a file beside it and its scale, and a packing and a checkpoint know the mesh")
 {
     Desk const desk;
     auto const scene = desk.folder.path() / "scene.yaml";

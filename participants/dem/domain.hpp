@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "participants/dem/shipment.hpp"
+#include "participants/dem/slabs.hpp"
+
+namespace dem {
+
+//! The grains of a run shared out among processes, by slabs that follow them. A process owns the grains of its slab and
+//! holds ghosts, copies of those that its own may touch. Its state has both, in the order of the whole run; a pair of
+//! which it owns one grain is computed here and there, from the same numbers, so that no force travels. See README.md.
+template <int D>
+class Domain
+{
+ public:
+    explicit Domain(Peers& peers) : peers_(peers) {}
+
+    //! Shares out the state of process 0; those of the others are replaced.
+    void distribute(Setup<D> const& setup, State<D>& state);
+    //! Whether any process says yes.
+    bool any(bool mine) { return peers_.largest(mine) != 0; }
+    //! The grains to their owners, ghosts anew, slabs anew if they have become uneven; then the lists, as
+    //! rebuild_lists(). Throws as that does.
+    void rebuild(Setup<D> const& setup, State<D>& state);
+    //! Motion and contact loads of ghosts as their owners have them.
+    void refresh(Grains<D>& grains);
+    //! On process 0 the state of the whole run; elsewhere the same without grains. Sums of the ledger and the forces of
+    //! walls are those of all, added up by rank.
+    State<D> gather(Setup<D> const& setup, State<D> const& state);
+
+    Slabs<D> const& slabs() const { return slabs_; }
+    std::int64_t moves() const { return moves_; }                //!< how often slabs were chosen anew
+    double smallest_radius() const { return smallest_radius_; }  //!< of all grains of the run [m]
+
+ private:
+    void agree(State<D>& state);
+    void choose_slabs(State<D> const& state);
+    double imbalance(State<D> const& state);
+    void ship(Setup<D> const& setup, State<D>& state);
+    void lay_borders(State<D> const& state, double skin);
+    double reach_of(Grains<D> const& g, std::size_t i, double skin) const;
+
+    Peers& peers_;
+    Slabs<D> slabs_;
+    Census census_;
+    std::vector<Parcel> parcels_;  //!< to and from those that see, or show, grains across a border
+    std::vector<std::vector<std::uint32_t>> shown_, seen_;  //!< by parcel: own grains and ghosts, ascending
+    double smallest_radius_ = 0.0, largest_radius_ = 0.0;
+    double chosen_imbalance_ = 1.0;
+    std::int64_t moves_ = 0;
+};
+
+}  // namespace dem

@@ -1,0 +1,141 @@
+#include "participants/dem/mpi_peers.hpp"
+
+#define OMPI_SKIP_MPICXX  // the deprecated C++ interface does not compile without warnings
+#include <mpi.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <chrono>
+#include <climits>
+#include <exception>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "coupler/base/error.hpp"
+
+namespace dem {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int tag = 1;
+constexpr std::chrono::milliseconds short_wait{1}, longest_nap{10};
+
+//! Until all are done. Process 0 may prepare a packing for minutes: a long wait naps, a twentieth of the time waited.
+void wait_for(std::vector<MPI_Request>& requests)
+{
+    auto const start = Clock::now();
+    for (int done = 0;;) {
+        MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
+        if (done != 0) return;
+        auto const waited = Clock::now() - start;
+        if (waited < short_wait)
+            ::sched_yield();
+        else
+            std::this_thread::sleep_for(std::min<Clock::duration>(waited / 20, longest_nap));
+    }
+}
+
+class MpiPeers final : public Peers
+{
+ public:
+    MpiPeers(int rank, int count) : rank_(rank), count_(count), unwinding_(std::uncaught_exceptions())
+    {
+        int begun = 0, provided = 0, world_rank = 0, world_size = 0;
+        MPI_Initialized(&begun);
+        ours_ = begun == 0;
+        if (ours_) MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+        MPI_Comm_rank(MPI_COMM_WORLD, &world_rank);
+        MPI_Comm_size(MPI_COMM_WORLD, &world_size);
+        int const first = world_rank - rank;  // mpirun numbers the processes of a program one after the other
+        sluice::require(first >= 0 && first + count <= world_size, [&] {
+            return sluice::Error("dem: process " + std::to_string(rank) + " of " + std::to_string(count) +
+                                 " was not started with the others (needed: mpirun -np " + std::to_string(count) +
+                                 ", as `sluice run` does).");
+        });
+        MPI_Group world = MPI_GROUP_NULL, own = MPI_GROUP_NULL;
+        MPI_Comm_group(MPI_COMM_WORLD, &world);
+        int range[1][3] = {{first, first + count - 1, 1}};
+        MPI_Group_range_incl(world, 1, range, &own);
+        MPI_Comm_create_group(MPI_COMM_WORLD, own, tag, &comm_);
+        MPI_Group_free(&own);
+        MPI_Group_free(&world);
+    }
+
+    //! After an error the others are not waited for: mpirun ends them.
+    ~MpiPeers() override
+    {
+        if (std::uncaught_exceptions() > unwinding_) return;
+        MPI_Comm_free(&comm_);
+        if (ours_) MPI_Finalize();
+    }
+    MpiPeers(MpiPeers const&) = delete;
+    MpiPeers& operator=(MpiPeers const&) = delete;
+
+    int rank() const override { return rank_; }
+    int count() const override { return count_; }
+
+    std::vector<Bytes> all_to_all(std::vector<Bytes> out) override
+    {
+        auto const peers = static_cast<std::size_t>(count_);
+        std::vector<int> sent(peers), coming(peers);
+        for (std::size_t p = 0; p < peers; ++p) {
+            sluice::require(out[p].size() <= INT_MAX, [] {
+                return sluice::Error("dem: more than 2 GB for one process at a time (MPI's limit). Use more ranks.",
+                                     sluice::Exit::io);
+            });
+            sent[p] = static_cast<int>(out[p].size());
+        }
+        std::vector<MPI_Request> requests(1);
+        MPI_Ialltoall(sent.data(), 1, MPI_INT, coming.data(), 1, MPI_INT, comm_, requests.data());
+        wait_for(requests);
+        requests.clear();
+        std::vector<Bytes> in(peers);
+        for (std::size_t p = 0; p < peers; ++p) {
+            if (static_cast<int>(p) == rank_) continue;
+            in[p].resize(static_cast<std::size_t>(coming[p]));
+            if (coming[p] > 0)
+                MPI_Irecv(in[p].data(), coming[p], MPI_BYTE, static_cast<int>(p), tag, comm_, &requests.emplace_back());
+            if (sent[p] > 0)
+                MPI_Isend(out[p].data(), sent[p], MPI_BYTE, static_cast<int>(p), tag, comm_, &requests.emplace_back());
+        }
+        in[static_cast<std::size_t>(rank_)] = std::move(out[static_cast<std::size_t>(rank_)]);
+        wait_for(requests);
+        return in;
+    }
+
+    void swap(std::span<Parcel> parcels) override
+    {
+        requests_.clear();
+        for (Parcel& p : parcels) {
+            auto const in = static_cast<int>(p.in.size()), out = static_cast<int>(p.out.size());
+            MPI_Irecv(p.in.data(), in, MPI_DOUBLE, p.peer, tag, comm_, &requests_.emplace_back());
+            MPI_Isend(p.out.data(), out, MPI_DOUBLE, p.peer, tag, comm_, &requests_.emplace_back());
+        }
+        MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+    }
+
+    int largest(int mine) override
+    {
+        int all = 0;
+        MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_MAX, comm_);
+        return all;
+    }
+
+ private:
+    int rank_, count_;
+    int unwinding_;  //!< exceptions on their way when this was made
+    bool ours_ = false;
+    MPI_Comm comm_ = MPI_COMM_NULL;
+    std::vector<MPI_Request> requests_;
+};
+
+}  // namespace
+
+std::unique_ptr<Peers> mpi_peers(int rank, int count)
+{
+    return std::make_unique<MpiPeers>(rank, count);
+}
+
+}  // namespace dem

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "participants/dem/peers.hpp"
+#include "participants/dem/state.hpp"
+
+//! Grains and contacts as rows that travel between processes.
+namespace dem {
+
+template <int D>
+struct GrainRow
+{
+    std::uint32_t number = 0;  //!< its index in the run of one process
+    std::int32_t owner = 0;    //!< process that it belongs to
+    std::int64_t id = 0;
+    double mass = 0.0, inertia = 0.0;
+    Vec<D> built;
+    Place<D> place;
+    Motion<D> motion, half;
+    Load<D> contact, external;
+};
+
+//! A listed contact with its history.
+template <int D>
+struct ContactRow
+{
+    std::uint32_t first = 0;   //!< number of a grain
+    std::uint32_t second = 0;  //!< of a grain > first, or wall index + grains of the run
+    Tangent<D> friction = {}, rolling = {};
+    Lossy<D> lossy = {};
+
+    //! Nothing to remember, not even the sign of a zero.
+    bool is_blank() const
+    {
+        Tangent<D> const none{};
+        return std::memcmp(&friction, &none, sizeof none) == 0 && std::memcmp(&rolling, &none, sizeof none) == 0;
+    }
+};
+
+template <int D>
+struct Shipment
+{
+    std::vector<GrainRow<D>> grains;
+    std::vector<ContactRow<D>> contacts;
+
+    Bytes to_bytes() const;
+    //! Adds what to_bytes() made of another one.
+    void add(Bytes const& bytes);
+};
+
+//! Who the grains of one process's state are: those it owns, and ghosts.
+struct Census
+{
+    std::size_t all = 0;                  //!< grains of the run
+    std::vector<std::uint32_t> number;    //!< by index, ascending
+    std::vector<std::int32_t> owner;      //!< by index
+    std::vector<std::uint32_t> index_of;  //!< by number; stale for grains that are not here
+
+    //! Index of a grain; number.size(): it is not here.
+    std::uint32_t find(std::uint32_t wanted) const
+    {
+        std::uint32_t const at = index_of[wanted];
+        return at < number.size() && number[at] == wanted ? at : static_cast<std::uint32_t>(number.size());
+    }
+};
+
+template <int D>
+GrainRow<D> row_of(State<D> const& state, Census const& census, std::size_t i, std::int32_t owner);
+
+//! Calls `visit(ContactRow, i, j)` for the listed contacts whose first grain is i; j: number of grains here: a wall.
+template <int D, class Visit>
+void each_contact_row(State<D> const& state, Census const& census, Visit&& visit);
+
+//! The state's grains, ascending by number, and its lists, from rows. Contacts of which a grain is not here are left
+//! out. What follows from lists (derive_from_list) is not set.
+template <int D>
+void assemble(Shipment<D> const& rows, Features const& features, State<D>& state, Census& census);
+
+template <int D, class Visit>
+void each_contact_row(State<D> const& state, Census const& census, Visit&& visit)
+{
+    auto const row = [](std::uint32_t first, std::uint32_t second, History<D> const& history, std::size_t at) {
+        ContactRow<D> made{.first = first, .second = second};
+        if (!history.friction.empty()) made.friction = history.friction[at];
+        if (!history.rolling.empty()) made.rolling = history.rolling[at];
+        if (!history.lossy.empty()) made.lossy = history.lossy[at];
+        return made;
+    };
+    auto const count = static_cast<std::uint32_t>(state.grains.size());
+    for (std::uint32_t i = 0; i < count; ++i)
+        for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
+            std::uint32_t const j = state.pairs.other[slot];
+            visit(row(census.number[i], census.number[j], state.pairs.history, slot), i, j);
+        }
+    for (std::size_t w = 0; w < state.walls.size(); ++w)
+        for (std::size_t k = 0; k < state.walls[w].grain.size(); ++k) {
+            std::uint32_t const i = state.walls[w].grain[k];
+            visit(row(census.number[i], static_cast<std::uint32_t>(census.all + w), state.walls[w].history, k), i,
+                  count);
+        }
+}
+
+}  // namespace dem
