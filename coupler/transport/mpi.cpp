@@ -21,6 +21,7 @@ using std::chrono::microseconds;
 constexpr int tag = 1;
 constexpr int most_in_flight = 64;
 constexpr microseconds longest_nap{10'000};         // 100 looks a second: an idle wait costs next to nothing
+constexpr microseconds root_time{500'000};          // for a peer that has said why it stops to end with its own code
 constexpr std::chrono::seconds time_to_finish{10};  // for what is still on its way when the transport ends
 
 //! Messages that MPI has not let go of yet, in the order in which they were sent.
@@ -133,6 +134,8 @@ class MpiTransport final : public Transport
     void give_up(int exit_code) override
     {
         gave_up_ = true;
+        // whoever stopped first is about to say so, with its own code: the first abort is the one that mpirun reports
+        if (exit_code == static_cast<int>(Exit::peer_died)) std::this_thread::sleep_for(root_time);
         MPI_Abort(MPI_COMM_WORLD, exit_code);
     }
 
