@@ -72,7 +72,8 @@ struct Putter
     void operator()(std::string const& name, bool yes) { kept.put_integer(name, yes); }
     void operator()(std::string const& name, std::vector<double> const& values) { kept.put(name, std::span(values)); }
     //! An array that most scenes do not have.
-    void if_any(std::string const& name, std::vector<std::uint32_t> const& values)
+    template <class Row>
+    void if_any(std::string const& name, std::vector<Row> const& values)
     {
         if (!values.empty()) (*this)(name, values);
     }
@@ -127,7 +128,8 @@ struct Taker
             values.push_back(static_cast<std::uint32_t>(wide));
         }
     }
-    void if_any(std::string const& name, std::vector<std::uint32_t>& values)
+    template <class Row>
+    void if_any(std::string const& name, std::vector<Row>& values)
     {
         values.clear();
         if (kept.has(name)) (*this)(name, values);
@@ -206,9 +208,9 @@ void visit(Walk& walk, AnyState& s)
     walk("cell/built_offset", s.cell.built_offset);
     walk("cell/built_height", s.cell.built_height);
     for (std::size_t k = 0; k < s.cell.pull.size(); ++k) walk("cell/pull_" + std::to_string(k), s.cell.pull[k]);
-    walk("rest/asleep", s.rest.asleep);
-    walk("rest/slow_since", s.rest.slow_since);
-    walk("rest/load", s.rest.load);
+    walk.if_any("rest/asleep", s.rest.asleep);
+    walk.if_any("rest/slow_since", s.rest.slow_since);
+    walk.if_any("rest/load", s.rest.load);
     walk("booked/normal_dashpot", s.booked.normal_dashpot);
     walk("booked/tangential_dashpot", s.booked.tangential_dashpot);
     walk("booked/sliding", s.booked.sliding);

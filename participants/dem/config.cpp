@@ -212,21 +212,11 @@ double contact_time_of(Config const& config, double radius, double mass)
     return time;
 }
 
-double shortest_contact_time(Config const& config)
-{
-    double radius = config.column || config.fill ? 0.5 * config.diameter_min : std::numeric_limits<double>::infinity();
-    double mass = mass_of(config, radius, config.density);
-    for (GrainConfig const& g : config.grains) {
-        radius = std::min(radius, g.radius);
-        mass = std::min(mass, mass_of(config, g.radius, g.density > 0.0 ? g.density : config.density));
-    }
-    return contact_time_of(config, radius, mass);
-}
-
 //! `step: auto` is t_c/50; above t_c/5 refused (Verlet with several contacts a grain), above t_c/15 warned (D06).
 void read_step(Reader& r, Config& config)
 {
-    config.contact_time = shortest_contact_time(config);
+    auto const [radius, mass] = lightest_grain(config);
+    config.contact_time = contact_time_of(config, radius, mass);
     config.step = config.contact_time / 50.0;
     if (!r.diagnostics()->problems.empty()) {
         r.has("step") ? void(r.subtree("step")) : void();  // t_c is not known: say nothing about the step
@@ -321,6 +311,16 @@ std::string format(char const* pattern, double a, double b)
     char text[256];
     std::snprintf(text, sizeof text, pattern, a, b);
     return text;
+}
+
+Lightest lightest_grain(Config const& config)
+{
+    double const radius = 0.5 * diameters(config).first;
+    double mass = config.column || config.fill ? mass_of(config, radius, config.density)
+                                               : std::numeric_limits<double>::infinity();
+    for (GrainConfig const& g : config.grains)
+        mass = std::min(mass, mass_of(config, g.radius, g.density > 0.0 ? g.density : config.density));
+    return {radius, mass};
 }
 
 std::pair<double, double> diameters(Config const& config)

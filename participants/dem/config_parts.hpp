@@ -11,6 +11,13 @@ namespace dem {
 //! A message with two numbers, by a pattern of printf.
 std::string format(char const* pattern, double a, double b);
 
+//! Smallest radius [m] and mass [kg] of the grains.
+struct Lightest
+{
+    double radius, mass;
+};
+Lightest lightest_grain(Config const& config);
+
 //! A file's path as a scene has it: it counts from the scene's.
 std::filesystem::path beside_scene(sluice::Reader const& reader, std::filesystem::path const& file);
 

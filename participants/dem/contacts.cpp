@@ -80,8 +80,7 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
             if (!f.fresh) book_arrival<F>(wall.law, c, overlap, dt, g.half[i], half, contacts.foot[k], books);
         if (f.fresh) [[unlikely]] {
             state.pushes.push_back(push(g, i, 1.0, c.arm_i, c, f));
-            if constexpr (F.ledger)
-                books.wall_work += dot(f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal), half.velocity);
+            if constexpr (F.ledger) books.wall_work += dot(impulse_of(c, f), half.velocity);
         }
         Vec<D> const force = f.normal * c.normal - vector_of(f.tangential, c.normal);
         g.contact[i].force += force;

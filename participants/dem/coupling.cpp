@@ -340,9 +340,7 @@ void run(sluice::Participant& self, Config const& config)
 void check_ranks(sluice::Participant const& self, Config const& config)
 {
     if (self.ranks() == 1) return;
-    sluice::require(!config.periodic.any(), [] {
-        return sluice::Error("grains in a periodic cell cannot be shared out among processes (needed: ranks: 1).");
-    });
+    config.dimension == 2 ? require_shareable(make_setup<2>(config)) : require_shareable(make_setup<3>(config));
     sluice::require(self.receivers("kinematics").empty() && self.senders("load").empty(), [] {
         return sluice::Error(
             "grains that are coupled with a partner cannot be shared out among processes yet (needed: ranks: 1, or "

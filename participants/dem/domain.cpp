@@ -4,8 +4,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <string>
 #include <utility>
+#include <variant>
 
+#include "coupler/base/error.hpp"
 #include "participants/dem/neighbours.hpp"
 
 namespace dem {
@@ -71,6 +74,25 @@ template <int D>
 constexpr std::size_t numbers_of_ghost = D == 2 ? 6 : 12;
 
 }  // namespace
+
+template <int D>
+void require_shareable(Setup<D> const& setup)
+{
+    auto const refuse_if = [](bool does, char const* what) {
+        sluice::require(!does, [&] {
+            return sluice::Error(std::string("dem: grains ") + what +
+                                 " cannot be shared out among processes (needed: ranks: 1).");
+        });
+    };
+    refuse_if(setup.features.periodic, "in a periodic cell");
+    refuse_if(setup.sleep.any(), "that may sleep");
+    refuse_if(setup.lubrication.any(), "with lubrication");
+    refuse_if(std::ranges::any_of(setup.walls,
+                                  [](Wall<D> const& wall) { return std::holds_alternative<Mesh<D>>(wall.shape); }),
+              "with a mesh");
+}
+template void require_shareable<2>(Setup<2> const&);
+template void require_shareable<3>(Setup<3> const&);
 
 template <int D>
 void Domain<D>::distribute(Setup<D> const& setup, State<D>& state)

@@ -8,6 +8,11 @@
 
 namespace dem {
 
+//! Throws sluice::Error unless the grains of such a run can be shared out: not in a periodic cell, nor with sleep,
+//! lubrication or a mesh.
+template <int D>
+void require_shareable(Setup<D> const& setup);
+
 //! The grains of a run shared out among processes, by slabs that follow them. A process owns the grains of its slab and
 //! holds ghosts, copies of those that its own may touch. Its state has both, in the order of the whole run; a pair of
 //! which it owns one grain is computed here and there, from the same numbers, so that no force travels. See README.md.

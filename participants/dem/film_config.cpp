@@ -30,17 +30,13 @@ void check_lubrication(sluice::Reader& r, Config& config)
         if (wall.mesh)
             r.problem("lubrication", "does not go with a mesh, here wall \"" + wall.name +
                                          "\" (leave one of them out, or build the wall of planes).");
-    double const radius = 0.5 * diameters(config).first;
+    auto const [radius, mass] = lightest_grain(config);
     bool const plane = config.dimension == 2;
-    double density = config.density;
-    for (GrainConfig const& g : config.grains)
-        if (g.density > 0.0) density = std::min(density, g.density);
     // a pair has half the radius and half the mass of one at a wall
-    auto const braking = [&](double effective, double mass) {
+    auto const braking = [&](double effective, double of) {
         double const c = plane ? l.resistance<2>(0.0, effective) : l.resistance<3>(0.0, effective);
-        return c > 0.0 ? mass / c : std::numeric_limits<double>::infinity();
+        return c > 0.0 ? of / c : std::numeric_limits<double>::infinity();
     };
-    double const mass = density * (plane ? volume_of<2>(radius) : volume_of<3>(radius));
     double const time = std::min(braking(0.5 * radius, 0.5 * mass), braking(radius, mass));
     if (config.step > 0.5 * time)
         r.problem(

@@ -5,13 +5,20 @@
 //! One listed contact of a run: its laws, its history, and what it adds to the grains.
 namespace dem {
 
+//! What a fresh contact gives to i besides its forces [N s].
+template <int D>
+Vec<D> impulse_of(Contact<D> const& c, Forces<D> const& f) noexcept
+{
+    return f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal);
+}
+
 //! A grain's share of a fresh contact's impulse; `sign` is +1 for i, -1 for j.
 template <int D>
 Push<D> push(Grains<D> const& g, std::size_t i, double sign, double arm, Contact<D> const& c,
              Forces<D> const& f) noexcept
 {
     Motion<D> motion{};
-    motion.velocity = (sign / g.mass[i]) * (f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal));
+    motion.velocity = (sign / g.mass[i]) * impulse_of(c, f);
     motion.spin = (arm / g.inertia[i]) * torque_of(f.impulse_t, c.normal);
     return {static_cast<std::uint32_t>(i), motion};
 }
@@ -136,8 +143,7 @@ PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pa
         pushes.push_back(push(g, i, 1.0, c.arm_i, c, f));
         pushes.push_back(push(g, j, -1.0, c.arm_j, c, f));
         if constexpr (F.periodic && F.ledger)
-            books.wall_work +=
-                dot(f.impulse_n * c.normal - vector_of(f.impulse_t, c.normal), images[pairs.image[slot]].velocity);
+            books.wall_work += dot(impulse_of(c, f), images[pairs.image[slot]].velocity);
     }
     PairLoad<D> load{f.normal * c.normal - vector_of(f.tangential, c.normal)};
     if constexpr (F.friction) {

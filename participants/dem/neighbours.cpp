@@ -150,9 +150,7 @@ History<D> history_of(Features const& features, std::size_t contacts)
 template <int D>
 void copy_entry(History<D> const& from, std::size_t a, History<D>& to, std::size_t b)
 {
-    if (!from.friction.empty()) to.friction[b] = from.friction[a];
-    if (!from.rolling.empty()) to.rolling[b] = from.rolling[a];
-    if (!from.lossy.empty()) to.lossy[b] = from.lossy[a];
+    each_array(from, to, [&](auto const& had, auto& has) { has[b] = had[a]; });
 }
 
 //! For each grain the slots in which it is the other.
@@ -185,13 +183,6 @@ void check_apart(State<D> const& state, Pairs<D> const& pairs, std::size_t i, st
     });
 }
 
-//! sqrt(m*) of a pair [sqrt(kg)].
-template <int D>
-double sqrt_mass_of(Setup<D> const& setup, double a, double b)
-{
-    return setup.absolute_damping ? 1.0 : std::sqrt(a * b / (a + b));
-}
-
 //! Takes pairs of two ghosts off a list: they are their owners' business.
 template <int D>
 void leave_out_ghosts(Grains<D> const& g, std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& other)
@@ -218,15 +209,13 @@ void rebuild_pairs(Setup<D> const& setup, State<D>& state)
         find_pairs(state.grains, setup.skin, pairs.first, pairs.other);
     if (!state.grains.ghost.empty()) leave_out_ghosts(state.grains, pairs.first, pairs.other);
     pairs.history = history_of<D>(setup.features, pairs.other.size());
-    pairs.sqrt_mass.resize(pairs.other.size());
     derive_from_list(setup, pairs, state.grains.size());
-    auto const& mass = state.grains.mass;
-    for (std::size_t i = 0; i < mass.size(); ++i) {
+    set_sqrt_masses(setup, state.grains, pairs);
+    for (std::size_t i = 0; i < state.grains.size(); ++i) {
         std::uint32_t from = old.first.empty() ? 0 : old.first[i];
         std::uint32_t const end = old.first.empty() ? 0 : old.first[i + 1];
         for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
             check_apart(state, pairs, i, slot);
-            pairs.sqrt_mass[slot] = sqrt_mass_of(setup, mass[i], mass[pairs.other[slot]]);
             while (from < end && old.other[from] < pairs.other[slot]) ++from;  // both rows are ascending
             if (from < end && old.other[from] == pairs.other[slot]) copy_entry(old.history, from, pairs.history, slot);
         }
@@ -311,8 +300,10 @@ template <int D>
 void set_sqrt_masses(Setup<D> const& setup, Grains<D> const& g, Pairs<D>& pairs)
 {
     pairs.sqrt_mass.resize(pairs.other.size());
-    for (std::size_t slot = 0; slot < pairs.other.size(); ++slot)
-        pairs.sqrt_mass[slot] = sqrt_mass_of(setup, g.mass[pairs.owner[slot]], g.mass[pairs.other[slot]]);
+    for (std::size_t slot = 0; slot < pairs.other.size(); ++slot) {
+        double const a = g.mass[pairs.owner[slot]], b = g.mass[pairs.other[slot]];
+        pairs.sqrt_mass[slot] = setup.absolute_damping ? 1.0 : std::sqrt(a * b / (a + b));
+    }
 }
 template void set_sqrt_masses<2>(Setup<2> const&, Grains<2> const&, Pairs<2>&);
 template void set_sqrt_masses<3>(Setup<3> const&, Grains<3> const&, Pairs<3>&);

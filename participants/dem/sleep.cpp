@@ -16,10 +16,7 @@ void append(Pairs<D> const& from, std::size_t slot, Pairs<D>& to)
     to.other.push_back(from.other[slot]);
     to.sqrt_mass.push_back(from.sqrt_mass[slot]);
     if (!from.image.empty()) to.image.push_back(from.image[slot]);
-    auto const& h = from.history;
-    if (!h.friction.empty()) to.history.friction.push_back(h.friction[slot]);
-    if (!h.rolling.empty()) to.history.rolling.push_back(h.rolling[slot]);
-    if (!h.lossy.empty()) to.history.lossy.push_back(h.lossy[slot]);
+    each_array(from.history, to.history, [&](auto const& had, auto& has) { has.push_back(had[slot]); });
 }
 
 template <int D>
@@ -134,14 +131,13 @@ void put_aside(Setup<D> const& setup, State<D>& state)
     derive_from_list(setup, computed, asleep.size());
     state.pairs = std::move(computed);
     rest.pairs = std::move(left);
-    rest.apart = true;
 }
 
 template <int D>
 void take_back(Setup<D> const& setup, State<D>& state)
 {
     Rest<D>& rest = state.rest;
-    if (!rest.apart) return;
+    if (!rest.is_apart()) return;
     Pairs<D> const computed = std::move(state.pairs), left = std::move(rest.pairs);
     Pairs<D> whole;
     whole.first = {0};
@@ -157,7 +153,6 @@ void take_back(Setup<D> const& setup, State<D>& state)
     derive_from_list(setup, whole, rest.asleep.size());
     state.pairs = std::move(whole);
     rest.pairs = {};
-    rest.apart = false;
 }
 
 template bool look_for_sleepers<2>(Setup<2> const&, State<2>&);

@@ -117,7 +117,7 @@ template <int D>
 void Solver<D>::evaluate_power()
 {
     evaluate_lossy_power(setup_, state_);
-    if (setup_.lubrication.any()) state_.power.normal += power_of_films(setup_, state_);
+    if (setup_.lubrication.any()) state_.power.normal += power_of_films(state_);
 }
 
 //! Before a step.
@@ -129,24 +129,13 @@ void Solver<D>::let_sleep()
         if (woke) evaluate_again();
         if (!woke && setup_.features.ledger) evaluate_power();  // of those that came to rest
     }
-    if (!state_.rest.apart) put_aside(setup_, state_);
+    if (!state_.rest.is_apart()) put_aside(setup_, state_);
 }
 
 template <int D>
 void Solver<D>::share_out(Peers& peers)
 {
-    auto const refuse_if = [](bool does, char const* what) {
-        sluice::require(!does, [&] {
-            return sluice::Error(std::string("dem: grains ") + what +
-                                 " cannot be shared out among processes (needed: ranks: 1).");
-        });
-    };
-    refuse_if(setup_.features.periodic, "in a periodic cell");
-    refuse_if(setup_.sleep.any(), "that may sleep");
-    refuse_if(setup_.lubrication.any(), "with lubrication");
-    refuse_if(std::any_of(setup_.walls.begin(), setup_.walls.end(),
-                          [](Wall<D> const& wall) { return std::holds_alternative<Mesh<D>>(wall.shape); }),
-              "with a mesh");
+    require_shareable(setup_);
     domain_ = std::make_shared<Domain<D>>(peers);
     domain_->distribute(setup_, state_);
     derive();
@@ -224,7 +213,7 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
     bool const predicts = setup_.features.scheme == Scheme::predicted;
     auto const load_on = loads();
     std::atomic<bool> any_moved = false, any_fast = false;
-    auto const* const asleep = state_.rest.apart ? state_.rest.asleep.data() : nullptr;
+    auto const* const asleep = state_.rest.is_apart() ? state_.rest.asleep.data() : nullptr;
     share([&, first, second](std::size_t from, std::size_t to) {
         std::size_t moved = 0, fast = 0;
         for (std::size_t i = from; i < to; ++i) {
@@ -306,7 +295,7 @@ void Solver<D>::kick(double dt, Half const& second)
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
     auto const load_on = loads();
-    auto const* const asleep = state_.rest.apart ? state_.rest.asleep.data() : nullptr;
+    auto const* const asleep = state_.rest.is_apart() ? state_.rest.asleep.data() : nullptr;
     share([&, second](std::size_t from, std::size_t to) {
         for (std::size_t i = from; i < to; ++i) {
             if (asleep && asleep[i] != 0U) continue;

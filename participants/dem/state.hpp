@@ -125,6 +125,15 @@ struct History
     std::vector<Lossy<D>> lossy;       //!< empty without ledger
 };
 
+//! Calls `each(array of from, array of to)` for the arrays that the first of two histories has.
+template <int D, class Each>
+void each_array(History<D> const& from, History<D>& to, Each&& each)
+{
+    if (!from.friction.empty()) each(from.friction, to.friction);
+    if (!from.rolling.empty()) each(from.rolling, to.rolling);
+    if (!from.lossy.empty()) each(from.lossy, to.lossy);
+}
+
 //! Neighbour pairs, CSR by the lower index: the pairs of i are slots first[i]..first[i+1], with other[slot] > i
 //! ascending. The order of summation is thus that of the touching pairs, whenever the list was built.
 template <int D>
@@ -258,7 +267,18 @@ struct Rest
     std::vector<double> slow_since;     //!< [s]
     std::vector<Load<D>> load;          //!< external, when the grain fell asleep
     Pairs<D> pairs;                     //!< between two that sleep; only within a step
-    bool apart = false;                 //!< whether they are here and not in the list that is computed
+
+    //! Whether these pairs are here and not in the list that is computed.
+    bool is_apart() const noexcept { return !pairs.first.empty(); }
+};
+
+//! The force of a film of fluid in a narrow gap.
+template <int D>
+struct Film
+{
+    std::uint32_t first;   //!< grain
+    std::uint32_t second;  //!< grain, or wall index + number of grains
+    Vec<D> force;          //!< on the first [N]
 };
 
 //! What changes during a run.
@@ -276,7 +296,7 @@ struct State
     Booked booked;
     LossyPower power;
     Rest<D> rest;                        //!< scenes whose grains may sleep only
-    std::vector<double> films;           //!< of narrow gaps, at the last evaluation [N] (film.hpp)
+    std::vector<Film<D>> films;          //!< at the last evaluation (film.hpp)
     std::vector<Push<D>> pushes;         //!< empty between steps
     std::vector<Crossing<D>> crossings;  //!< empty between steps
 };

@@ -195,12 +195,8 @@ void column(std::size_t count, int steps, int repetitions)
             std::vector<double> ratio;  // of the same repetition
             for (std::size_t r = 0; r < one.rate.size(); ++r) ratio.push_back(one.rate[r] / peer.rate[r]);
             std::printf("  %.2f x %s", median(ratio), peer.name.substr(0, peer.name.find(' ')).c_str());
-            results.push_back({{"case", std::to_string(count) + " grains, " + one.name},
-                               {"metric", "speed"},
-                               {"value", median(one.rate)},
-                               {"unit", "million grain-steps/s"},
-                               {"against", peer.name},
-                               {"ratio", median(ratio)}});
+            note(std::to_string(count) + " grains, " + one.name, "speed", median(one.rate), "million grain-steps/s",
+                 peer.name.c_str(), median(ratio));
         }
         std::printf("\n");
     }
@@ -208,12 +204,7 @@ void column(std::size_t count, int steps, int repetitions)
     double const apart = distance_to(folder.path() / "one.dump", dem::Solver<3>(theirs, grains), warm_up + steps);
     std::printf("%7zu grains  largest distance to LIGGGHTS' grains after %d steps: %.2e d\n", count, warm_up + steps,
                 apart);
-    results.push_back({{"case", std::to_string(count) + " grains"},
-                       {"metric", "distance to LIGGGHTS"},
-                       {"value", apart},
-                       {"unit", "d"},
-                       {"against", "LIGGGHTS"},
-                       {"ratio", apart}});
+    note(std::to_string(count) + " grains", "distance to LIGGGHTS", apart, "d", "LIGGGHTS", apart);
     std::fflush(stdout);
 }
 

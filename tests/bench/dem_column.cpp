@@ -19,6 +19,13 @@ namespace dem_bench {
 using dem::Vec3;
 using liggghts::density, liggghts::step;
 
+void note(std::string const& name, char const* metric, double value, char const* unit, char const* against,
+          double ratio)
+{
+    results.push_back(
+        {{"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}, {"against", against}, {"ratio", ratio}});
+}
+
 double side_of(std::size_t grains)
 {
     return 2.0 * mean_radius * std::cbrt(static_cast<double>(grains)) * 1.03;

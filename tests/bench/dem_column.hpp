@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "participants/dem/config.hpp"
@@ -15,6 +16,10 @@ inline constexpr int warm_up = 100;          // steps before the clock starts
 
 //! What `--json` writes: {case, metric, value, unit, against, ratio}.
 inline nlohmann::json results = nlohmann::json::array();
+
+//! A line of it.
+void note(std::string const& name, char const* metric, double value, char const* unit, char const* against,
+          double ratio);
 
 //! Side of a column about as high as wide [m].
 double side_of(std::size_t grains);

@@ -55,13 +55,6 @@ double steps_to(std::vector<Point> const& points, double mark)
     return 0.0;
 }
 
-void note(std::string const& name, char const* metric, double value, char const* unit, char const* against,
-          double ratio)
-{
-    results.push_back(
-        {{"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}, {"against", against}, {"ratio", ratio}});
-}
-
 }  // namespace
 
 void impact_errors()
@@ -85,11 +78,10 @@ void impact_errors()
 
 void run_out_errors()
 {
+    auto const config = verification::config_of("run_out.yaml", {"participants.grains.config.column.aspect_ratio=2"});
+    auto const packing = dem::pour_packing<2>(config);
     double finest = 0.0;
     for (double const steps : {100.0, 50.0, 25.0, 15.5}) {
-        auto const config =
-            verification::config_of("run_out.yaml", {"participants.grains.config.column.aspect_ratio=2"});
-        static auto const packing = dem::pour_packing<2>(config);
         auto solver = dem::make_solver<2>(config, packing);
         auto const before = dem::measure(solver);
         double const step = config.contact_time / steps, start = own_time();

@@ -120,13 +120,6 @@ double arithmetic()
     return best;
 }
 
-void note(std::string const& name, char const* metric, double value, char const* unit, char const* against,
-          double ratio)
-{
-    results.push_back(
-        {{"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}, {"against", against}, {"ratio", ratio}});
-}
-
 //! What a step must at least move and reckon. Per pair in the list: its two indices, mark, sqrt(m*) and, touching, the
 //! spring read and written; per grain: what drift, contacts and kick read and write of places, motions and loads once
 //! each. Per contact about 160 operations (counted in packed_contacts.hpp: kinematics 60, laws 55, loads 45), its two

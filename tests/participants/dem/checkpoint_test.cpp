@@ -1,20 +1,13 @@
-#include "participants/dem/checkpoint.hpp"
 
 #include <doctest/doctest.h>
 
 #include "coupler/base/error.hpp"
+#include "tests/participants/dem/kept.hpp"
 #include "tests/participants/dem/scenes.hpp"
 
 using namespace unit;
 
 namespace {
-
-sluice::State kept(dem::Solver<2> const& solver)
-{
-    sluice::State state;
-    dem::keep(solver.state(), state);
-    return state;
-}
 
 //! `good` but for one array of integers.
 template <class Change>

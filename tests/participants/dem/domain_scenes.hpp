@@ -1,6 +1,6 @@
 #pragma once
 
-#include "participants/dem/checkpoint.hpp"
+#include "tests/participants/dem/kept.hpp"
 #include "tests/participants/dem/scenes.hpp"
 
 //! Of runs whose grains are shared out, and what is compared of them.
@@ -13,9 +13,7 @@ sluice::State without_sums(dem::State<D> state)
     state.booked = {};
     state.power = {};
     for (auto& wall : state.walls) wall.force = {};
-    sluice::State kept;
-    dem::keep(state, kept);
-    return kept;
+    return kept(state);
 }
 
 //! The box of the other tests, 16 ms: its left wall pushes, its right one is a gate, its floor gives way in the end.

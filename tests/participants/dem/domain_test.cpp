@@ -195,14 +195,14 @@ TEST_CASE("domain: a checkpoint of two processes goes on with one and with three
 {
     auto const start = collapse(true);
     auto const through = alone(start, 8000, unit::step);
-    sluice::State kept, of_other;
+    sluice::State of_first, of_other;
     unit::on_processes(2, [&](dem::Peers& peers) {
         dem::Solver<2> solver = peers.rank() == 0 ? start : dem::Solver<2>(start.setup(), {});
         solver.share_out(peers);
         for (int n = 0; n < 4123; ++n) solver.step(unit::step);
-        dem::keep(solver.whole(), peers.rank() == 0 ? kept : of_other);
+        (peers.rank() == 0 ? of_first : of_other) = unit::kept(solver.whole());
     });
-    auto const state = dem::kept_state<2>(kept, start.setup(), 144);
+    auto const state = dem::kept_state<2>(of_first, start.setup(), 144);
     CHECK(without_sums(state) == without_sums(alone(start, 4123, unit::step)));
     dem::Solver<2> one(start.setup(), {});
     one.restore(state);
@@ -212,7 +212,7 @@ TEST_CASE("domain: a checkpoint of two processes goes on with one and with three
         bool const root = peers.rank() == 0;
         dem::Solver<2> solver(start.setup(), {});
         solver.share_out(peers);
-        solver.restore(dem::kept_state<2>(root ? kept : of_other, start.setup(), root ? 144 : 0));
+        solver.restore(dem::kept_state<2>(root ? of_first : of_other, start.setup(), root ? 144 : 0));
         for (int n = 4123; n < 8000; ++n) solver.step(unit::step);
         auto const whole = solver.whole();
         if (root) three = whole;
@@ -224,10 +224,8 @@ TEST_CASE("domain: a checkpoint of two processes goes on with one and with three
 
 TEST_CASE("domain: the same processes give the same bits again, sums included")
 {
-    sluice::State first, second;
-    dem::keep(shared(collapse(true), 3, 4000, unit::step).whole, first);
-    dem::keep(shared(collapse(true), 3, 4000, unit::step).whole, second);
-    CHECK(first == second);
+    CHECK(unit::kept(shared(collapse(true), 3, 4000, unit::step).whole) ==
+          unit::kept(shared(collapse(true), 3, 4000, unit::step).whole));
 }
 
 TEST_CASE("domain: processes without grains, and a run without any")

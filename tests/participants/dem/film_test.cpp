@@ -5,7 +5,7 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
-#include "participants/dem/checkpoint.hpp"
+#include "tests/participants/dem/kept.hpp"
 #include "tests/participants/dem/scenes.hpp"
 #include "tests/support/close_to.hpp"
 
@@ -138,18 +138,13 @@ TEST_CASE("film: momentum is kept, a run is restored bit for bit, and a scene wi
     auto const before = momentum(solver.grains());
     for (int k = 0; k < 1500; ++k) solver.step(step);
     CHECK(norm(momentum(solver.grains()) - before) < 1e-13 * scale);
-    sluice::State kept;
-    dem::keep(solver.state(), kept);
     dem::Solver<2> again(s, g);
-    again.restore(dem::kept_state<2>(kept, s, g.size()));
+    again.restore(dem::kept_state<2>(kept(solver), s, g.size()));
     for (int k = 0; k < 500; ++k) {
         solver.step(step);
         again.step(step);
     }
-    sluice::State a, b;
-    dem::keep(solver.state(), a);
-    dem::keep(again.state(), b);
-    CHECK(a == b);
+    CHECK(kept(solver) == kept(again));
     s.lubrication = {};
     dem::Solver<2> dry(s, g);
     dry.step(step);

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "participants/dem/checkpoint.hpp"
 #include "participants/dem/packing_file.hpp"
+#include "tests/participants/dem/kept.hpp"
 #include "tests/participants/dem/scenes.hpp"
 #include "tests/support/close_to.hpp"
 
@@ -107,16 +107,12 @@ TEST_CASE("frame: a restored solver continues bit for bit in the middle of the s
 {
     auto a = spun_box(true, 0.02);
     for (int n = 0; n < 5000; ++n) a.step(step);
-    sluice::State at_half;
-    dem::keep(a.state(), at_half);
+    auto const at_half = kept(a);
     for (int n = 0; n < 5000; ++n) a.step(step);
     dem::Solver<2> b(a.setup(), {});
     b.restore(dem::kept_state<2>(at_half, b.setup(), 144));
     for (int n = 0; n < 5000; ++n) b.step(step);
-    sluice::State of_a, of_b;
-    dem::keep(a.state(), of_a);
-    dem::keep(b.state(), of_b);
-    CHECK(of_a == of_b);
+    CHECK(kept(a) == kept(b));
 }
 
 TEST_CASE("frame: a column is prepared in the field of the centrifuge, which its walls then carry")

@@ -109,4 +109,17 @@ inline dem::Grains<3> sphere(Vec3 centre, Vec3 velocity = {}, Vec3 spin = {})
     return g;
 }
 
+//! Brings spheres to rest by a drag: a share of the critical one of a sphere on one contact.
+inline void settle(dem::Solver<3>& solver, int steps, double share)
+{
+    for (int n = 0; n < steps; ++n) {
+        auto& g = solver.grains();
+        for (std::size_t i = 0; i < g.size(); ++i) {
+            double const drag = share * 2.0 * std::sqrt(sphere_stiffness * g.mass[i]);
+            g.external[i].force = -drag * g.motion[i].velocity;
+        }
+        solver.step(sphere_step);
+    }
+}
+
 }  // namespace unit

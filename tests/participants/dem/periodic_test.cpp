@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "coupler/base/error.hpp"
-#include "participants/dem/checkpoint.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "participants/dem/periodic_cell.hpp"
 #include "participants/dem/stress.hpp"
+#include "tests/participants/dem/kept.hpp"
 #include "tests/participants/dem/scenes.hpp"
 #include "tests/support/close_to.hpp"
 
@@ -90,14 +90,6 @@ dem::Solver<D> sheared(bool ledger = false, bool plain = false, int threads = 1)
     dem::Grains<D> g = gas<D>(across, 0.3);
     for (std::size_t i = 0; i < g.size(); ++i) g.motion[i].velocity.x += 40.0 * g.place[i].centre.y;
     return {s, g};
-}
-
-template <int D>
-sluice::State kept(dem::Solver<D> const& solver)
-{
-    sluice::State state;
-    dem::keep(solver.state(), state);
-    return state;
 }
 
 }  // namespace
@@ -281,12 +273,12 @@ TEST_CASE("periodic: a restored solver continues bit for bit")
         for (bool const ledger : {false, true}) {
             auto a = make(ledger);
             for (int n = 0; n < 3000; ++n) a.step(dt);
-            auto const bytes = kept(a).encode();
+            auto const bytes = unit::kept(a).encode();
             for (int n = 0; n < 3000; ++n) a.step(dt);
             decltype(a) b(a.setup(), {});
             b.restore(dem::kept_state(sluice::State::decode(bytes, "state"), b.setup(), a.grains().size()));
             for (int n = 0; n < 3000; ++n) b.step(dt);
-            CHECK(kept(a) == kept(b));
+            CHECK(unit::kept(a) == unit::kept(b));
             CHECK(same(a.state(), b.state()));
         }
     };

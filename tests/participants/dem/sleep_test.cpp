@@ -5,9 +5,9 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
-#include "participants/dem/checkpoint.hpp"
 #include "participants/dem/measures.hpp"
 #include "participants/dem/neighbours.hpp"
+#include "tests/participants/dem/kept.hpp"
 #include "tests/participants/dem/scenes.hpp"
 #include "tests/support/close_to.hpp"
 
@@ -37,13 +37,6 @@ std::size_t sleepers(dem::Solver<2> const& solver)
 {
     auto const& asleep = solver.state().rest.asleep;
     return static_cast<std::size_t>(std::count(asleep.begin(), asleep.end(), 1U));
-}
-
-sluice::State kept(dem::Solver<2> const& solver)
-{
-    sluice::State state;
-    dem::keep(solver.state(), state);
-    return state;
 }
 
 }  // namespace
