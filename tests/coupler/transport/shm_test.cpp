@@ -174,14 +174,17 @@ TEST_CASE("shm: the last messages of a process that was killed arrive, and then 
     REQUIRE(child >= 0);
     if (child == 0) {  // no test from here on: this process ends by its own hand
         auto t = shm(scratch.path(), 1);
-        if (until_kind(*t, "shm").empty()) (void)suite::receive(*t);
+        auto const early = until_kind(*t, "shm");
+        if (!t->try_send(0, suite::numbered(1, 0, 10))) ::_exit(1);
+        if (early.empty()) (void)suite::receive(*t);
         for (int n = 0; n < last; ++n)
             if (!t->try_send(0, suite::numbered(1, n, 1000))) ::_exit(1);
         ::kill(::getpid(), SIGKILL);
     }
     {
         auto t = shm(scratch.path(), 0);
-        until_kind(*t, "shm");
+        // its first message in shared memory has been read: its word that it moved, which can be lost, was not
+        if (until_kind(*t, "shm").empty()) (void)suite::receive(*t);
         REQUIRE(t->try_send(1, suite::numbered(0, 0, 10)));
         int status = 0;
         REQUIRE(::waitpid(child, &status, 0) == child);
