@@ -39,14 +39,6 @@ void spread(Load<D>& load, Each&& each)
     each_number(load.force, each);
     each_number(load.torque, each);
 }
-template <int D, class Each>
-void spread(Lossy<D>& lossy, Each&& each)
-{
-    each(lossy.normal);
-    each_number(lossy.tangential, each);
-    each_number(lossy.rolling, each);
-    each(lossy.slides);
-}
 template <class Row>
 concept Spreadable = std::is_class_v<Row> && requires(Row row)
 {
@@ -171,7 +163,6 @@ void visit_history(Walk& walk, std::string const& name, AnyHistory& h)
 {
     walk(name + "friction", h.friction);
     walk(name + "rolling", h.rolling);
-    walk(name + "lossy", h.lossy);
 }
 
 template <class Walk, class AnyState>
@@ -261,7 +252,6 @@ bool is_consistent(State<D> const& s, std::size_t grains, Setup<D> const& setup)
         std::size_t const n = partner.size();
         return sized(h.friction, features.friction ? n : 0) &&
                sized(h.rolling, features.rolling == Rolling::elastic_plastic ? n : 0) &&
-               sized(h.lossy, features.ledger ? n : 0) &&
                std::ranges::all_of(partner, [&](auto i) { return i < grains; });
     };
     Pairs<D> const& p = s.pairs;

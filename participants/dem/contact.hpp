@@ -116,6 +116,16 @@ inline Touching<D> touching_of(Contact<D> const& c, double overlap, double sqrt_
     return t;
 }
 
+//! The forces of a contact less their elastic parts, for the ledger.
+template <int D>
+struct Lossy
+{
+    double normal = 0.0;         //!< [N]
+    Tangent<D> tangential = {};  //!< [N]
+    Tangent<D> rolling = {};     //!< [N]
+    bool slides = false;         //!< the contact is at its friction limit
+};
+
 //! What acts in a contact after a step.
 template <int D>
 struct Forces
@@ -135,6 +145,15 @@ struct Books
     double normal_dashpot = 0.0, tangential_dashpot = 0.0, sliding = 0.0, rolling = 0.0, touch = 0.0;
     double wall_work = 0.0;  //!< of moving walls and images through the impulses of fresh contacts
 
+    void add(Books const& more) noexcept
+    {
+        normal_dashpot += more.normal_dashpot;
+        tangential_dashpot += more.tangential_dashpot;
+        sliding += more.sliding;
+        rolling += more.rolling;
+        touch += more.touch;
+        wall_work += more.wall_work;
+    }
     void add_to(Booked& booked) const noexcept
     {
         booked.normal_dashpot += normal_dashpot;

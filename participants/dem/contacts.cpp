@@ -10,7 +10,7 @@
 
 #include "participants/dem/listed_contact.hpp"
 #include "participants/dem/listed_foot.hpp"
-#include "participants/dem/packed_contacts.hpp"
+#include "participants/dem/packed_walls.hpp"
 #include "participants/dem/shared_contacts.hpp"
 
 namespace dem {
@@ -25,22 +25,26 @@ void add_pair_forces(Setup<D> const& setup, State<D>& state, double dt, [[maybe_
                         : add_packed_pair_forces<F>(setup, state, dt);
     }
     ContactLaw const law = setup.law;
-    Books books;
+    Books all, books;
     [[maybe_unused]] Books theirs;  // of pairs whose first grain is another process's, which books them
     for (std::size_t i = 0; i < state.grains.size(); ++i) {
         Books* to = &books;
         if constexpr (F.ledger) to = state.grains.is_ghost(i) ? &theirs : &books;
-        for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot)
+        for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
             add_pair<F>(law, state, i, slot, dt, *to);
+            if (F.ledger && (slot + 1) % pairs_booked == 0) all.add(std::exchange(books, {}));
+        }
     }
-    if constexpr (F.ledger) books.add_to(state.booked);
+    all.add(books);
+    if constexpr (F.ledger) all.add_to(state.booked);
 }
 
 template <Features F, int D, class AnyShape>
-void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state, WallContacts<D>& contacts, double dt,
-                     bool absolute_damping, bool plain) noexcept
+void add_wall_forces(AnyShape const& shape, Setup<D> const& setup, State<D>& state, std::size_t w, double dt) noexcept
 {
     Grains<D>& g = state.grains;
+    Wall<D> const& wall = setup.walls[w];
+    WallContacts<D>& contacts = state.walls[w];
     auto const& late = F.scheme == Scheme::liggghts ? g.half : g.motion;
     Motion<D> half{}, motion{};
     if (wall.motion.moves()) {
@@ -50,12 +54,13 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
     }
     Vec<D> total;
     Books books;
+    LossyForces<D> lossy;
     std::size_t k = 0;
     auto const in_packs = [&] {
         if constexpr (is_packed(F, D) && std::is_same_v<AnyShape, Plane<3>>)
-            if (!plain)
-                k = add_packed_wall_forces<F>(shape, wall.law, g, contacts, half.velocity, motion.velocity, dt,
-                                              absolute_damping, total);
+            if (!setup.plain)
+                k = add_packed_wall_forces<F>(shape, setup, state, w, half.velocity, motion.velocity, dt,
+                                              {total, books, lossy});
     };
     in_packs();
     for (; k < contacts.grain.size(); ++k) {
@@ -73,7 +78,7 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
             continue;
         }
         auto const turning = [&] { return c.arm_i * c.arm_i / g.inertia[i]; };
-        double const sqrt_mass = absolute_damping ? 1.0 : std::sqrt(g.mass[i]);
+        double const sqrt_mass = setup.absolute_damping ? 1.0 : std::sqrt(g.mass[i]);
         Forces<D> const f = act<F>(wall.law, c, overlap, sqrt_mass, dt, late[i], motion, g.half[i], half, turning,
                                    contacts.history, k, books);
         if constexpr (is_mesh<AnyShape> && F.ledger)
@@ -90,29 +95,31 @@ void add_wall_forces(AnyShape const& shape, Wall<D> const& wall, State<D>& state
             if constexpr (F.rolling != Rolling::none) torque = torque - c.effective * torque_of(f.rolling, c.normal);
             g.contact[i].torque = g.contact[i].torque + torque;
         }
+        if constexpr (F.ledger) {
+            LossyLoad<D> const load = lossy_load<F>(c, f.lossy);
+            add<F>(state.lossy, i, load, 1.0, load.on_i);
+            add(lossy, load);
+        }
     }
     if constexpr (F.ledger) {
         books.add_to(state.booked);
         state.booked.wall_work += 0.5 * dt * dot(contacts.force + total, half.velocity);
     }
     contacts.force = total;
+    if constexpr (F.ledger) state.lossy.wall[w] = lossy;
 }
 
 template <Features F, int D>
 void evaluate_contacts(Setup<D> const& setup, State<D>& state, double dt, sluice::Team* team) noexcept
 {
     std::fill(state.grains.contact.begin(), state.grains.contact.end(), Load<D>{});
+    if constexpr (F.ledger) clear<F>(state.lossy, setup, state.grains.size());
     if constexpr (F.periodic)
         for (Image<D>& image : state.cell.images) image.through = {};
     add_pair_forces<F>(setup, state, dt, team);
     if constexpr (F.periodic) gather_pull(state.cell);
     for (std::size_t w = 0; w < setup.walls.size(); ++w)
-        std::visit(
-            [&](auto const& shape) {
-                add_wall_forces<F>(shape, setup.walls[w], state, state.walls[w], dt, setup.absolute_damping,
-                                   setup.plain);
-            },
-            setup.walls[w].shape);
+        std::visit([&](auto const& shape) { add_wall_forces<F>(shape, setup, state, w, dt); }, setup.walls[w].shape);
     for (Push<D> const& push : state.pushes) {
         state.grains.half[push.grain].velocity += push.motion.velocity;
         state.grains.half[push.grain].spin = state.grains.half[push.grain].spin + push.motion.spin;

@@ -7,7 +7,7 @@
 namespace dem {
 
 //! Sets the contact and wall forces at the current positions; `dt` is the length of the step that led here [s], 0 to
-//! evaluate the forces again without a step. With the ledger, books sliding and touch and keeps the lossy forces.
+//! evaluate the forces again without a step. With the ledger, books sliding and touch, and sets state.lossy.
 //! `team`: who shares the loops, null: nobody. The number of threads changes no bit.
 template <int D>
 using Evaluate = void (*)(Setup<D> const&, State<D>&, double dt, sluice::Team* team) noexcept;
@@ -18,7 +18,7 @@ Evaluate<D> evaluation_for(Features const& features) noexcept;
 
 //! Power of the forces that are not elastic at the current velocities, into state.power. After an evaluation.
 template <int D>
-void evaluate_lossy_power(Setup<D> const& setup, State<D>& state) noexcept;
+void evaluate_lossy_power(State<D>& state) noexcept;
 
 //! Elastic energy of contacts [J].
 struct Elastic

@@ -65,18 +65,30 @@ auto adding(Features const& features, Elastic& sum)
 }  // namespace
 
 template <int D>
-void evaluate_lossy_power(Setup<D> const& setup, State<D>& state) noexcept
+void evaluate_lossy_power(State<D>& state) noexcept
 {
-    LossyPower power;
-    auto const add = [&](Contact<D> const& c, double, ContactLaw const&, Motion<D> const& i, Motion<D> const& j,
-                         History<D> const& history, std::size_t at) {
-        Lossy<D> const& lossy = history.lossy[at];
-        power.normal += lossy.normal * c.closing(i, j);
-        (lossy.slides ? power.sliding : power.tangential) += dot(lossy.tangential, c.slip(i, j));
-        power.rolling += dot(lossy.rolling, c.roll(i, j));
+    Grains<D> const& g = state.grains;
+    LossyLoads<D> const& lossy = state.lossy;
+    auto const of = [](Load<D> const& load, Motion<D> const& motion) {
+        return dot(load.force, motion.velocity) + dot(load.torque, motion.spin);
     };
-    for_pairs<D>(setup, state, add);
-    for (std::size_t w = 0; w < setup.walls.size(); ++w) for_wall<D>(setup, state, w, add);
+    LossyPower power;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        if (g.is_ghost(i)) continue;
+        power.normal -= dot(lossy.press_and_roll[i].force, g.motion[i].velocity);
+        power.rolling -= dot(lossy.press_and_roll[i].torque, g.motion[i].spin);
+        if (!lossy.tangential.empty()) {
+            power.tangential -= of(lossy.tangential[i], g.motion[i]);
+            power.sliding -= of(lossy.sliding[i], g.motion[i]);
+        }
+    }
+    auto const of_partner = [&](LossyForces<D> const& sum, Vec<D> velocity) {
+        power.normal += dot(sum.normal, velocity);
+        power.tangential += dot(sum.tangential, velocity);
+        power.sliding += dot(sum.sliding, velocity);
+    };
+    for (std::size_t w = 0; w < lossy.wall.size(); ++w) of_partner(lossy.wall[w], state.walls[w].velocity);
+    for (std::size_t k = 0; k < lossy.image.size(); ++k) of_partner(lossy.image[k], state.cell.images[k].velocity);
     state.power = power;
 }
 
@@ -96,8 +108,8 @@ Elastic elastic_energy_of_wall(Setup<D> const& setup, State<D> const& state, std
     return sum;
 }
 
-template void evaluate_lossy_power<2>(Setup<2> const&, State<2>&) noexcept;
-template void evaluate_lossy_power<3>(Setup<3> const&, State<3>&) noexcept;
+template void evaluate_lossy_power<2>(State<2>&) noexcept;
+template void evaluate_lossy_power<3>(State<3>&) noexcept;
 template Elastic elastic_energy_of_pairs<2>(Setup<2> const&, State<2> const&) noexcept;
 template Elastic elastic_energy_of_pairs<3>(Setup<3> const&, State<3> const&) noexcept;
 template Elastic elastic_energy_of_wall<2>(Setup<2> const&, State<2> const&, std::size_t) noexcept;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "participants/dem/contact.hpp"
+#include "participants/dem/lossy_loads.hpp"
 
 //! One listed contact of a run: its laws, its history, and what it adds to the grains.
 namespace dem {
@@ -64,7 +65,6 @@ Forces<D> act(ContactLaw const& law, Contact<D> const& c, double overlap, double
     carry<F>(memory, c, dt, hi, hj);
     Forces<D> const f = contact_forces<F>(law, dt, touching, turning, memory, books);
     remember<F>(history, at, memory);
-    if constexpr (F.ledger) history.lossy[at] = f.lossy;
     return f;
 }
 
@@ -77,7 +77,6 @@ void forget(ContactLaw const& law, Contact<D> const& c, double overlap, double d
         Memory<D> const memory = memory_of<F>(history, at);
         book_opening<F>(law, c, overlap, dt * c.closing(hi, hj), dt * c.slip(hi, hj), dt * c.roll(hi, hj), memory,
                         books);
-        history.lossy[at] = {};
     }
     remember<F>(history, at, Memory<D>{});
 }
@@ -88,7 +87,11 @@ struct PairLoad
 {
     Vec<D> force;
     Spin<D> on_i = {}, on_j = {};
+    LossyLoad<D> lossy = {};  //!< with the ledger
 };
+
+//! So many listed pairs are booked together, so that books add up in one order whoever computes them.
+constexpr std::size_t pairs_booked = 512;
 
 //! The images of the cell; not looked at unless the scene is periodic.
 template <int D>
@@ -127,9 +130,14 @@ PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pa
     auto const& half_j = motion_seen<F>(g.half[j], pairs, slot, images);
     double const reach = ri + rj, square = dot(apart, apart);
     if (square >= reach * reach) {
-        double const distance = F.ledger ? std::sqrt(square) : 0.0;
-        forget<F>(law, contact_of<D>(apart, distance, ri, rj), reach - distance, dt, g.half[i], half_j, pairs.history,
-                  slot, books);
+        if constexpr (F.ledger)
+            if (Vec<D> const before = apart - dt * (g.half[i].velocity - half_j.velocity);
+                dot(before, before) < reach * reach) {
+                double const distance = std::sqrt(square);
+                forget<F>(law, contact_of<D>(apart, distance, ri, rj), reach - distance, dt, g.half[i], half_j,
+                          pairs.history, slot, books);
+            }
+        remember<F>(pairs.history, slot, Memory<D>{});
         return {};
     }
     double const distance = std::sqrt(square);
@@ -156,6 +164,7 @@ PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pa
             load.on_j = load.on_j + rolling;
         }
     }
+    if constexpr (F.ledger) load.lossy = lossy_load<F>(c, f.lossy);
     return load;
 }
 
@@ -172,6 +181,12 @@ void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t
     if constexpr (F.friction) {
         g.contact[i].torque = g.contact[i].torque + load.on_i;
         g.contact[j].torque = g.contact[j].torque + load.on_j;
+    }
+    if constexpr (F.ledger) {
+        add<F>(state.lossy, i, load.lossy, 1.0, load.lossy.on_i);
+        add<F>(state.lossy, j, load.lossy, -1.0, load.lossy.on_j);
+        if constexpr (F.periodic)
+            if (state.pairs.image[slot] != home<D>) add(state.lossy.image[state.pairs.image[slot]], load.lossy);
     }
 }
 

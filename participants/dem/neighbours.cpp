@@ -143,7 +143,6 @@ History<D> history_of(Features const& features, std::size_t contacts)
     History<D> history;
     if (features.friction) history.friction.assign(contacts, {});
     if (features.rolling == Rolling::elastic_plastic) history.rolling.assign(contacts, {});
-    if (features.ledger) history.lossy.assign(contacts, {});
     return history;
 }
 

@@ -2,8 +2,7 @@
 
 #include <array>
 
-#include "participants/dem/listed_contact.hpp"
-#include "participants/dem/pack.hpp"
+#include "participants/dem/packed_losses.hpp"
 
 //! The pairs of spheres four at a time. What is computed for one, and in which order it is added up, is add_pair()'s,
 //! to the last bit; that one stays the oracle (Setup::plain) and takes the contacts that begin within a step.
@@ -16,53 +15,7 @@ namespace dem {
 //! Whether pairs of these features are computed in packs.
 constexpr bool is_packed(Features const& f, int dimension)
 {
-    return dimension == 3 && f.elasticity == Elasticity::linear && f.friction && !f.ledger;
-}
-
-//! Four touching pairs.
-using Four = std::array<std::uint32_t, 4>;
-
-//! Four rows as columns.
-struct Columns
-{
-    PackVec vector;
-    Pack last;  //!< the fourth number of each row
-};
-[[gnu::always_inline]] inline Columns columns(double const* a, double const* b, double const* c,
-                                              double const* d) noexcept
-{
-    Pack x = load(a), y = load(b), z = load(c), w = load(d);
-    transpose(x, y, z, w);
-    return {{x, y, z}, w};
-}
-template <class Row>
-[[gnu::always_inline]] inline Columns columns_of(std::vector<Row> const& rows, Four const& at,
-                                                 std::size_t offset = 0) noexcept
-{
-    auto const from = [&](std::uint32_t k) { return reinterpret_cast<double const*>(&rows[k]) + offset; };
-    return columns(from(at[0]), from(at[1]), from(at[2]), from(at[3]));
-}
-constexpr std::size_t of_spin = 4;  //!< where the spin is in a Motion<3>, the torque in a Load<3> [doubles]
-
-inline PackVec gathered(std::vector<Vec3> const& from, Four const& slot) noexcept
-{
-    auto const row = [&](std::size_t k) { return Pack{from[slot[k]].x, from[slot[k]].y, from[slot[k]].z, 0.0}; };
-    Pack x = row(0), y = row(1), z = row(2), none = row(3);
-    transpose(x, y, z, none);
-    return {x, y, z};
-}
-//! Four vectors as rows of 32 bytes; the fourth number is 0.
-[[gnu::always_inline]] inline std::array<Pack, 4> rows(PackVec v) noexcept
-{
-    Pack last{};
-    transpose(v.x, v.y, v.z, last);
-    return {v.x, v.y, v.z, last};
-}
-
-inline void scatter(PackVec v, std::vector<Vec3>& to, Four const& slot) noexcept
-{
-    auto const r = rows(v);
-    for (std::size_t k = 0; k < 4; ++k) to[slot[k]] = {r[k][0], r[k][1], r[k][2]};
+    return dimension == 3 && f.elasticity == Elasticity::linear && f.friction;
 }
 
 struct PackLimited
@@ -92,13 +45,10 @@ inline PackVec carried(PackVec tangent, PackVec normal, Pack twist) noexcept
 }
 
 //! A block of touching pairs between the passes: short loops whose turns do not wait for one another.
-constexpr std::size_t sieve_block = 512;  //!< listed pairs at a time: what they leave between passes fits the cache
+constexpr std::size_t sieve_block =
+    pairs_booked;  //!< listed pairs at a time: what they leave between passes fits the cache
 constexpr std::size_t most_fours = sieve_block / 4 + 1;
 
-struct FourPairs
-{
-    Four slot, i, j;
-};
 struct FourPlaces
 {
     PackVec normal;
@@ -203,46 +153,66 @@ template <Features F>
 
 template <Features F>
 inline PackVec rolling_of(ContactLaw const& law, Four const& slot, FourPlaces const& at, FourMotions const& m,
-                          Pack elastic, Pack press, Pack sqrt_mass, double dt, History<3>& history) noexcept
+                          Pack elastic, Pack press, Pack sqrt_mass, double dt, History<3>& history,
+                          [[maybe_unused]] FourLosses<F.ledger>& lost) noexcept
 {
     Pack const friction = all(law.rolling.friction);
     if constexpr (F.rolling == Rolling::constant) {
         bool constexpr theirs = F.scheme == Scheme::liggghts;
         Pack const square = theirs ? m.spin : dot(m.roll, m.roll);
         Pack const rate = theirs ? root(square) * at.effective : root(square);
-        return either(square > all(0.0), (friction * (theirs ? elastic : press) / rate) * m.roll, PackVec{});
+        PackVec const all_of_it =
+            either(square > all(0.0), (friction * (theirs ? elastic : press) / rate) * m.roll, PackVec{});
+        if constexpr (F.ledger) lost.rolling = all_of_it;
+        return all_of_it;
     } else {
         PackVec const held = carried(gathered(history.rolling, slot), at.normal, m.twist);
-        PackVec const stretched =
-            held + all(law.rolling.stiffness * law.tangential.stiffness) * (all(dt) * m.half_roll);
+        double const stiffness = law.rolling.stiffness * law.tangential.stiffness;
+        PackVec const rolled = all(dt) * m.half_roll, stretched = held + all(stiffness) * rolled;
         Pack const viscous = all(law.rolling.damping * std::sqrt(law.tangential.stiffness)) * sqrt_mass;
         PackLimited const free = limited(stretched, viscous * m.roll, friction * press);
         PackLimited const cut = limited(stretched, PackVec{}, friction * press);
-        scatter(either(free.slides, cut.spring, free.spring), history.rolling, slot);
-        return either(free.slides, cut.force, free.force);
+        PackVec const force = either(free.slides, cut.force, free.force),
+                      spring = either(free.slides, cut.spring, free.spring);
+        if constexpr (F.ledger) {
+            lost.rolling = force - spring;
+            lost.rolled = spring_loss(held, spring, stiffness, rolled);
+        }
+        scatter(spring, history.rolling, slot);
+        return force;
     }
 }
 
 template <Features F>
 inline FourForces forces_of(ContactLaw const& law, Four const& slot, FourPlaces const& at, FourMotions const& m,
-                            Pack sqrt_mass, double dt, History<3>& history) noexcept
+                            Pack sqrt_mass, double dt, History<3>& history,
+                            [[maybe_unused]] FourLosses<F.ledger>& lost) noexcept
 {
     constexpr bool predicted = F.scheme == Scheme::predicted;
     Pack const elastic = all(law.normal.stiffness) * at.overlap, floor = all(law.normal.floor);
     Pack normal = elastic + all(law.normal.damping) * sqrt_mass * m.closing;
     normal = either(normal > floor, normal, floor);
     Pack const press = either(normal < all(0.0), -normal, normal);
-    PackVec spring = gathered(history.friction, slot);
-    spring = predicted ? carried(spring, at.normal, m.twist) : along(spring, at.normal);
-    spring = spring + all(law.tangential.stiffness) * (all(dt) * m.half_slip);
+    PackVec const kept = gathered(history.friction, slot),
+                  held = predicted ? carried(kept, at.normal, m.twist) : along(kept, at.normal);
+    PackVec const slipped = all(dt) * m.half_slip, spring = held + all(law.tangential.stiffness) * slipped;
     PackVec const dashpot = all(law.tangential.damping) * sqrt_mass * m.slip;
     PackLimited const t = limited(spring, predicted ? dashpot : PackVec{}, all(law.tangential.friction) * press);
     PackVec const friction = predicted ? t.force : either(t.slides, t.force, t.spring + dashpot);
     scatter(t.spring, history.friction, slot);
     PackVec const turn = cross(at.normal, friction);
     FourForces f{normal * at.normal - friction, at.arm_i * turn, at.arm_j * turn};
+    if constexpr (F.ledger) {
+        PackVec const lossy = t.force - t.spring, lossy_turn = cross(at.normal, lossy);
+        lost.normal = (normal - elastic) * at.normal;
+        lost.tangential = all(-1.0) * lossy;
+        lost.on_i = at.arm_i * lossy_turn, lost.on_j = at.arm_j * lossy_turn;
+        lost.slides = t.slides;
+        lost.slid = spring_loss(held, t.spring, law.tangential.stiffness, slipped);
+    }
     if constexpr (F.rolling != Rolling::none) {
-        PackVec const resistance = rolling_of<F>(law, slot, at, m, elastic, press, sqrt_mass, dt, history);
+        PackVec const resistance = rolling_of<F>(law, slot, at, m, elastic, press, sqrt_mass, dt, history, lost);
+        if constexpr (F.ledger) lost.rolling = (-at.effective) * cross(at.normal, lost.rolling);
         PackVec const rolling = at.effective * cross(at.normal, resistance);
         f.on_i = f.on_i - rolling;
         f.on_j = f.on_j + rolling;
@@ -287,7 +257,7 @@ inline void add(FourForces const& f, FourPairs const& p, State<3>& state) noexce
 }
 
 //! The listed pairs from `begin` to `end` that touch, appended to `touching` from `waiting` on; the history of those
-//! that have opened is forgotten. Returns how many there are then.
+//! that have opened is forgotten, with the ledger they are appended as well. Returns how many there are then.
 template <Features F>
 std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, Images<3> const& images, std::size_t begin, std::size_t end,
                   std::uint32_t* touching, std::size_t waiting) noexcept
@@ -297,7 +267,8 @@ std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, Images<3> const& images, 
         waiting += touches;
         if (pairs.touched[slot] != touches) [[unlikely]] {
             pairs.touched[slot] = touches;
-            if (!touches) remember<F>(pairs.history, slot, Memory<3>{});
+            if (!touches && F.ledger) ++waiting;
+            if (!touches && !F.ledger) remember<F>(pairs.history, slot, Memory<3>{});
         }
     };
     std::size_t const packs = begin + (end - begin) / 4 * 4;
@@ -324,8 +295,8 @@ std::size_t sieve(Grains<3> const& g, Pairs<3>& pairs, Images<3> const& images, 
     return waiting;
 }
 
-//! The touching pairs in `touching` by fours, through the passes: `four(forces, pairs)` is called for those that packs
-//! can do, `one(slot)` for the others, in order.
+//! The touching pairs in `touching` by fours, through the passes: `four(forces, losses, pairs)` is called for those
+//! that packs can do, `one(slot)` for the others, in order.
 template <Features F, class OnFour, class OnOne>
 void pass(ContactLaw const& law, Grains<3> const& g, Pairs<3>& pairs, Images<3> const& images,
           std::uint32_t const* touching, std::size_t count, double dt, OnFour&& four, OnOne&& one) noexcept
@@ -347,12 +318,16 @@ void pass(ContactLaw const& law, Grains<3> const& g, Pairs<3>& pairs, Images<3> 
         Four const& slot = fours[f].slot;
         PackMask special = (places[f].normal.x != places[f].normal.x);  // centres that coincide
         if constexpr (F.scheme == Scheme::predicted) special |= overlap < all(dt) * motions[f].half_closing;
+        if constexpr (F.ledger) special |= overlap <= all(0.0);
         if (bits(special) != 0) [[unlikely]] {
             for (std::size_t k = 0; k < 4; ++k) one(slot[k]);
         } else {
             auto const& mass = pairs.sqrt_mass;
             Pack const sqrt_mass{mass[slot[0]], mass[slot[1]], mass[slot[2]], mass[slot[3]]};
-            four(forces_of<F>(law, slot, places[f], motions[f], sqrt_mass, dt, pairs.history), fours[f]);
+            FourLosses<F.ledger> lost;
+            FourForces const forces =
+                forces_of<F>(law, slot, places[f], motions[f], sqrt_mass, dt, pairs.history, lost);
+            four(forces, lost, fours[f]);
         }
     }
 }
@@ -365,72 +340,35 @@ void add_packed_pair_forces(Setup<3> const& setup, State<3>& state, double dt) n
     Pairs<3>& pairs = state.pairs;
     std::array<std::uint32_t, sieve_block + 8> touching;
     std::size_t waiting = 0;  // at the front of `touching`
-    Books none;
-    auto const one = [&](std::uint32_t slot) { add_pair<F>(law, state, pairs.owner[slot], slot, dt, none); };
+    Books all, books;
+    [[maybe_unused]] Books theirs;  // of pairs whose first grain is another process's, which books them
+    auto const one = [&](std::uint32_t slot) {
+        std::uint32_t const i = pairs.owner[slot];
+        add_pair<F>(law, state, i, slot, dt, F.ledger && state.grains.is_ghost(i) ? theirs : books);
+    };
+    auto const rest = [&] {
+        for (std::size_t k = 0; k < waiting; ++k) one(touching[k]);
+        all.add(std::exchange(books, {}));
+        waiting = 0;
+    };
     for (std::size_t begin = 0; begin < pairs.other.size(); begin += sieve_block) {
         waiting = sieve<F>(state.grains, pairs, state.cell.images, begin,
                            std::min(pairs.other.size(), begin + sieve_block), touching.data(), waiting);
         std::size_t const count = waiting / 4;
         pass<F>(
             law, state.grains, pairs, state.cell.images, touching.data(), count, dt,
-            [&](FourForces const& forces, FourPairs const& p) { add<F>(forces, p, state); }, one);
+            [&](FourForces const& forces, FourLosses<F.ledger> const& lost, FourPairs const& p) {
+                add<F>(forces, p, state);
+                add<F>(lost, p, state, books);
+            },
+            one);
         std::copy(touching.begin() + static_cast<std::ptrdiff_t>(4 * count),
                   touching.begin() + static_cast<std::ptrdiff_t>(waiting), touching.begin());
         waiting -= 4 * count;
+        if constexpr (F.ledger) rest();
     }
-    for (std::size_t k = 0; k < waiting; ++k) one(touching[k]);
-}
-
-//! The contacts with a plane wall from the first on, four at a time; returns how many were done. `wall`: its velocity
-//! over the step and at its end. Adds to `total`, the force on all grains.
-template <Features F>
-std::size_t add_packed_wall_forces(Plane<3> const& plane, ContactLaw const& law, Grains<3>& g,
-                                   WallContacts<3>& contacts, Vec3 half_velocity, Vec3 late_velocity, double dt,
-                                   bool absolute_damping, Vec3& total) noexcept
-{
-    auto const spread = [](Vec3 v) { return PackVec{all(v.x), all(v.y), all(v.z)}; };
-    PackVec const n = spread(plane.normal), point = spread(plane.point), shift = spread(contacts.shift);
-    std::size_t const end = contacts.grain.size() / 4 * 4;
-    for (std::size_t begin = 0; begin < end; begin += 4) {
-        Four i, slot;
-        std::memcpy(&i, &contacts.grain[begin], sizeof i);
-        for (std::size_t k = 0; k < 4; ++k) slot[k] = static_cast<std::uint32_t>(begin + k);
-        Columns const place = columns_of(g.place, i);
-        FourPlaces at;
-        Pack const radius = place.last;
-        at.normal = n;
-        at.overlap = radius - dot((place.vector - shift) - point, n);
-        unsigned const touches = bits(at.overlap > all(0.0));
-        if (touches == 0) {
-            for (std::size_t k = 0; k < 4; ++k) remember<F>(contacts.history, slot[k], Memory<3>{});
-            continue;
-        }
-        at.arm_i = F.scheme == Scheme::liggghts ? radius - all(0.5) * at.overlap : radius;
-        at.effective = radius;
-        auto const rates = [&](std::vector<Motion<3>> const& motion, Vec3 of_wall) {
-            PackVec const spin = columns_of(motion, i, of_spin).vector;
-            return FourRates{columns_of(motion, i).vector - spread(of_wall), at.arm_i * spin, spin};
-        };
-        FourRates const half = rates(g.half, half_velocity);
-        FourRates const late = F.scheme == Scheme::liggghts ? half : rates(g.motion, late_velocity);
-        FourMotions const m = motions_of<F>(at, half, late, half.spin, dt);
-        if constexpr (F.scheme == Scheme::predicted)
-            if ((bits(at.overlap < all(dt) * m.half_closing) & touches) != 0) [[unlikely]]
-                return begin;
-        Pack const sqrt_mass =
-            absolute_damping ? all(1.0) : root(Pack{g.mass[i[0]], g.mass[i[1]], g.mass[i[2]], g.mass[i[3]]});
-        FourForces const f = forces_of<F>(law, slot, at, m, sqrt_mass, dt, contacts.history);
-        auto const force = rows(f.force), on_i = rows(f.on_i);
-        for (std::size_t k = 0; k < 4; ++k) {
-            if (!(touches >> k & 1u)) {
-                remember<F>(contacts.history, slot[k], Memory<3>{});
-                continue;
-            }
-            add(g.contact[i[k]], force[k], on_i[k]);
-            total += Vec3{force[k][0], force[k][1], force[k][2]};
-        }
-    }
-    return end;
+    rest();
+    if constexpr (F.ledger) all.add_to(state.booked);
 }
 
 }  // namespace dem

@@ -94,7 +94,6 @@ void remember(ContactRow<D> const& row, Features const& features, History<D>& hi
 {
     if (features.friction) history.friction.push_back(row.friction);
     if (features.rolling == Rolling::elastic_plastic) history.rolling.push_back(row.rolling);
-    if (features.ledger) history.lossy.push_back(row.lossy);
 }
 
 }  // namespace

@@ -29,7 +29,6 @@ struct ContactRow
     std::uint32_t first = 0;   //!< number of a grain
     std::uint32_t second = 0;  //!< of a grain > first, or wall index + grains of the run
     Tangent<D> friction = {}, rolling = {};
-    Lossy<D> lossy = {};
 
     //! Nothing to remember, not even the sign of a zero.
     bool is_blank() const
@@ -85,7 +84,6 @@ void each_contact_row(State<D> const& state, Census const& census, Visit&& visit
         ContactRow<D> made{.first = first, .second = second};
         if (!history.friction.empty()) made.friction = history.friction[at];
         if (!history.rolling.empty()) made.rolling = history.rolling[at];
-        if (!history.lossy.empty()) made.lossy = history.lossy[at];
         return made;
     };
     auto const count = static_cast<std::uint32_t>(state.grains.size());

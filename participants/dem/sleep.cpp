@@ -82,7 +82,7 @@ void wake_all(State<D>& state)
 }
 
 template <int D>
-bool look_for_sleepers(Setup<D> const& setup, State<D>& state)
+Look look_for_sleepers(Setup<D> const& setup, State<D>& state)
 {
     Grains<D>& g = state.grains;
     Rest<D>& rest = state.rest;
@@ -110,7 +110,7 @@ bool look_for_sleepers(Setup<D> const& setup, State<D>& state)
         rest.load[i] = g.external[i];
     }
     if (woke || slept) take_back(setup, state);
-    return woke;
+    return woke ? Look::some_woke : slept ? Look::some_slept : Look::no_change;
 }
 
 template <int D>
@@ -155,8 +155,8 @@ void take_back(Setup<D> const& setup, State<D>& state)
     rest.pairs = {};
 }
 
-template bool look_for_sleepers<2>(Setup<2> const&, State<2>&);
-template bool look_for_sleepers<3>(Setup<3> const&, State<3>&);
+template Look look_for_sleepers<2>(Setup<2> const&, State<2>&);
+template Look look_for_sleepers<3>(Setup<3> const&, State<3>&);
 template void wake_all<2>(State<2>&);
 template void wake_all<3>(State<3>&);
 template void put_aside<2>(Setup<2> const&, State<2>&);

@@ -12,9 +12,16 @@ namespace dem {
 //! Steps between two looks at who may sleep.
 inline constexpr int steps_between_looks = 20;
 
-//! Looks at who falls asleep and who wakes. True: somebody woke, and the forces have to be evaluated again.
+enum class Look
+{
+    no_change,
+    some_slept,
+    some_woke  //!< the forces have to be evaluated again
+};
+
+//! Looks at who falls asleep and who wakes.
 template <int D>
-bool look_for_sleepers(Setup<D> const& setup, State<D>& state);
+Look look_for_sleepers(Setup<D> const& setup, State<D>& state);
 
 //! All are awake.
 template <int D>

@@ -116,7 +116,7 @@ void Solver<D>::evaluate_again()
 template <int D>
 void Solver<D>::evaluate_power()
 {
-    evaluate_lossy_power(setup_, state_);
+    evaluate_lossy_power(state_);
     if (setup_.lubrication.any()) state_.power.normal += power_of_films(state_);
 }
 
@@ -125,9 +125,11 @@ template <int D>
 void Solver<D>::let_sleep()
 {
     if (state_.steps % steps_between_looks == 0) {
-        bool const woke = look_for_sleepers(setup_, state_);
-        if (woke) evaluate_again();
-        if (!woke && setup_.features.ledger) evaluate_power();  // of those that came to rest
+        Look const look = look_for_sleepers(setup_, state_);
+        if (look == Look::some_woke)
+            evaluate_again();
+        else if (look == Look::some_slept && setup_.features.ledger)
+            evaluate_power();
     }
     if (!state_.rest.is_apart()) put_aside(setup_, state_);
 }

@@ -105,16 +105,6 @@ Facing<D> facing_at_start(Wall<D> const& wall, Vec<D> centre)
     return std::visit([&](auto const& shape) { return shape.facing(centre - wall.motion.shift(0.0)); }, wall.shape);
 }
 
-//! What a contact lost in the last step, for the energy ledger.
-template <int D>
-struct Lossy
-{
-    double normal = 0.0;         //!< forces less their elastic part [N]
-    Tangent<D> tangential = {};  //!< [N]
-    Tangent<D> rolling = {};     //!< [N]
-    bool slides = false;         //!< the contact is at its friction limit
-};
-
 //! What a contact remembers. One list entry each; zero where nothing touches. Forces rather than elongations: they stay
 //! what they are when the stiffness changes with the overlap.
 template <int D>
@@ -122,7 +112,6 @@ struct History
 {
     std::vector<Tangent<D>> friction;  //!< elastic part of the friction, along the slip [N]
     std::vector<Tangent<D>> rolling;   //!< elastic part of the rolling resistance [N]; empty without it
-    std::vector<Lossy<D>> lossy;       //!< empty without ledger
 };
 
 //! Calls `each(array of from, array of to)` for the arrays that the first of two histories has.
@@ -131,7 +120,6 @@ void each_array(History<D> const& from, History<D>& to, Each&& each)
 {
     if (!from.friction.empty()) each(from.friction, to.friction);
     if (!from.rolling.empty()) each(from.rolling, to.rolling);
-    if (!from.lossy.empty()) each(from.lossy, to.lossy);
 }
 
 //! Neighbour pairs, CSR by the lower index: the pairs of i are slots first[i]..first[i+1], with other[slot] > i
@@ -233,6 +221,23 @@ struct LossyPower
     double normal = 0.0, tangential = 0.0, sliding = 0.0, rolling = 0.0;
 };
 
+//! Forces on the first grains of contacts that are not elastic, summed by what they are booked as [N].
+template <int D>
+struct LossyForces
+{
+    Vec<D> normal, tangential, sliding;
+};
+
+//! What is not elastic of the contact loads, by what it is booked as; ledger only. Its power is what contacts lose.
+template <int D>
+struct LossyLoads
+{
+    std::vector<Load<D>> press_and_roll;       //!< force of normal dashpots, torque of resistances to rolling
+    std::vector<Load<D>> tangential, sliding;  //!< empty where no law has a tangential dashpot
+    std::vector<LossyForces<D>> wall;          //!< of the contacts with each wall
+    std::array<LossyForces<D>, image_count<D>> image = {};  //!< of the pairs that see each image, but for that at home
+};
+
 //! What a contact that began within the step gives to a grain's half-step motion.
 template <int D>
 struct Push
@@ -295,6 +300,7 @@ struct State
     Cell<D> cell;  //!< periodic scenes only
     Booked booked;
     LossyPower power;
+    LossyLoads<D> lossy;                 //!< of the last evaluation
     Rest<D> rest;                        //!< scenes whose grains may sleep only
     std::vector<Film<D>> films;          //!< at the last evaluation (film.hpp)
     std::vector<Push<D>> pushes;         //!< empty between steps

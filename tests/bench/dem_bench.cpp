@@ -20,6 +20,7 @@
 #include "participants/dem/grain_file.hpp"
 #include "participants/dem/random.hpp"
 #include "participants/dem/setup.hpp"
+#include "participants/dem/measures.hpp"
 #include "participants/dem/solver.hpp"
 #include "tests/bench/dem_column.hpp"
 #include "tests/support/liggghts_column.hpp"
@@ -152,6 +153,11 @@ void column(std::size_t count, int steps, int repetitions)
     usual.features = {.friction = true, .rolling = dem::Rolling::elastic_plastic};
     dem::Setup<3> booked = usual;
     booked.features.ledger = true;
+    dem::Solver<3> const rest(theirs, grains);
+    auto const a_grain = [&](double number) { return number / static_cast<double>(count); };
+    std::printf("%7zu grains  at rest: %.2f contacts and %.2f listed pairs a grain\n", count,
+                a_grain(static_cast<double>(dem::measure(rest).contacts)),
+                a_grain(static_cast<double>(rest.state().pairs.other.size())));
 
     std::vector<Contestant> all;
     auto const ours = [&](char const* name, dem::Setup<3> const& setup, double (*clock)() = own_time) {

@@ -26,53 +26,73 @@ void note(std::string const& name, char const* metric, double value, char const*
         {{"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}, {"against", against}, {"ratio", ratio}});
 }
 
+namespace {
+
+constexpr double pitch = 2.0 * 1.1 * mean_radius * 1.001;  // of the largest spheres, which just do not touch [m]
+constexpr double margin = 1.1 * mean_radius + 1e-4;        // of the outermost centres from the walls [m]
+
+//! Cells of the lattice along a side of a column about as high as wide.
+std::size_t cells_across(std::size_t grains)
+{
+    return static_cast<std::size_t>(std::lround(std::cbrt(static_cast<double>(grains) / 4.0)));
+}
+
+//! Face-centred cubic, filled from the bottom up, a little off its places and in slow random motion: as it falls
+//! together it loses its order.
+dem::Grains<3> lattice(std::size_t count)
+{
+    constexpr double off = 1e-5, slow = 0.05;  // m, m/s
+    double const cell = std::sqrt(2.0) * pitch;
+    std::size_t const across = cells_across(count);
+    dem::Random random(1);
+    auto const about = [&](double scale) { return random.uniform(-scale, scale); };
+    dem::Grains<3> g;
+    for (std::size_t layer = 0;; ++layer)  // of half a cell
+        for (std::size_t k = 0; k < 2 * across * across; ++k) {
+            if (g.size() == count) return g;
+            std::size_t const row = k / across;
+            double const x = static_cast<double>(k % across) + 0.5 * static_cast<double>((row + layer) % 2),
+                         y = 0.5 * static_cast<double>(row), z = 0.5 * static_cast<double>(layer);
+            Vec3 const centre{margin + cell * x + about(off), margin + cell * y + about(off),
+                              margin + cell * z + about(off)};
+            g.add(centre, mean_radius * random.uniform(0.9, 1.1), density,
+                  {{about(slow), about(slow), about(slow)}, {}});
+        }
+}
+
+}  // namespace
+
 double side_of(std::size_t grains)
 {
-    return 2.0 * mean_radius * std::cbrt(static_cast<double>(grains)) * 1.03;
+    return (static_cast<double>(cells_across(grains)) - 0.5) * std::sqrt(2.0) * pitch + 2.0 * margin;
 }
 
 dem::Grains<3> settled(std::size_t count)
 {
-    double const side = side_of(count);
     char const* const home = std::getenv("HOME");
     std::filesystem::path const file = std::filesystem::path(home ? home : "/tmp") / ".cache" / "sluice" /
-                                       ("bench-column-" + std::to_string(count) + ".bin");
+                                       ("bench-fcc-" + std::to_string(count) + ".bin");
     std::string damage;
-    dem::Grains<3> g;
+    dem::Grains<3> rest;
     if (auto const kept = dem::load_packing<3>(file, damage)) {
-        for (auto const& [centre, radius] : kept->place) g.add(centre, radius, density);
-        return g;
+        for (auto const& [centre, radius] : kept->place) rest.add(centre, radius, density);
+        return rest;
     }
     std::printf("settling %zu grains (once)\n", count);
     std::fflush(stdout);
-    dem::Random random(1);
-    double const cell = 8.9e-3;
-    auto const across = static_cast<std::size_t>(side / cell);
-    double const pitch = side / static_cast<double>(across);
-    for (std::size_t k = 0; k < count; ++k) {
-        auto const at = [&](std::size_t n) {
-            return (static_cast<double>(n) + 0.5) * pitch + random.uniform(-2e-5, 2e-5);
-        };
-        Vec3 const centre{at(k % across), at(k / across % across),
-                          (static_cast<double>(k / across / across) + 0.5) * cell};
-        g.add(centre, mean_radius * random.uniform(0.9, 1.1), density);
-    }
-    dem::Setup<3> s = liggghts::setup(side);
-    s.law.normal.damping = s.law.tangential.damping = 5.0;  // [N s/m], about a third of the critical one
-    s.law.tangential.friction = 0.2;
-    for (auto& wall : s.walls) wall.law = s.law;
-    s.loads = true;
-    dem::Solver<3> solver(s, g);
-    int const steps = 20000 + static_cast<int>(20.0 * std::cbrt(static_cast<double>(count)));
+    dem::Setup<3> setup = liggghts::setup(side_of(count));
+    setup.loads = true;
+    dem::Solver<3> solver(setup, lattice(count));
+    constexpr int steps = 30'000;  // 0.3 s
+    constexpr double drag = 10.0;  // 1/s: in 0.3 s at rest
     for (int n = 0; n < steps; ++n) {
         if (n % 10 == 0)
-            for (std::size_t i = 0; i < g.size(); ++i)  // as in a thick liquid: at rest sooner
+            for (std::size_t i = 0; i < count; ++i)
                 solver.grains().external[i].force =
-                    (-20.0 * solver.grains().mass[i]) * solver.grains().motion[i].velocity;
+                    (-drag * solver.grains().mass[i]) * solver.grains().motion[i].velocity;
         solver.step(2.0 * step);
     }
     dem::write_packing<3>({solver.grains().place, {}, 0.0}, file);
-    dem::Grains<3> rest;
     for (auto const& [centre, radius] : solver.grains().place) rest.add(centre, radius, density);
     return rest;
 }

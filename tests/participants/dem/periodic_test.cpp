@@ -242,11 +242,14 @@ TEST_CASE("periodic: packs, threads and ledger change no bit, at rest and under 
 {
     auto const check = [](std::function<dem::Solver<3>(bool ledger, bool plain, int threads)> make, int steps) {
         dem::Solver<3> packed = make(false, false, 1), plain = make(false, true, 1), two = make(false, false, 2),
-                       five = make(false, false, 5), booked = make(true, false, 1);
+                       five = make(false, false, 5), booked = make(true, false, 1), plainly = make(true, true, 1),
+                       by_two = make(true, false, 2);
         for (int n = 0; n < steps; ++n) {
-            for (auto* solver : {&packed, &plain, &two, &five, &booked}) solver->step(dt);
+            for (auto* solver : {&packed, &plain, &two, &five, &booked, &plainly, &by_two}) solver->step(dt);
             if (n % 500 == 0) REQUIRE(same(packed.state(), plain.state()));
         }
+        CHECK(unit::same_books(booked.state(), plainly.state()));
+        CHECK(unit::same_books(booked.state(), by_two.state()));
         CHECK(same(packed.state(), plain.state()));
         CHECK(same(packed.state(), two.state()));
         CHECK(same(packed.state(), five.state()));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -116,6 +117,19 @@ inline dem::Solver<3> tumbling(dem::Rolling rolling, dem::Scheme scheme, bool pl
         g.add(centre, random.uniform(3.5e-3, 4.5e-3), 2650.0, motion);
     }
     return {s, g};
+}
+
+//! The same numbers in the ledger.
+template <int D>
+bool same_books(dem::State<D> const& a, dem::State<D> const& b)
+{
+    auto const numbers = [](dem::State<D> const& s) {
+        return std::array{s.booked.normal_dashpot, s.booked.tangential_dashpot, s.booked.sliding,
+                          s.booked.rolling,        s.booked.wall_work,          s.booked.touch,
+                          s.power.normal,          s.power.tangential,          s.power.sliding,
+                          s.power.rolling};
+    };
+    return numbers(a) == numbers(b);
 }
 
 inline constexpr double step = 2e-6;  //!< [s], below t_c/50 of two 1 mm discs

@@ -1,0 +1,114 @@
+#pragma once
+
+#include "participants/dem/listed_contact.hpp"
+#include "participants/dem/packed_rows.hpp"
+
+//! What the ledger books of four contacts at a time: to the last bit what lossy_loads.hpp and contact.hpp book of one.
+namespace dem {
+
+//! What the ledger needs of four contacts; nothing without it.
+template <bool ledger>
+struct FourLosses
+{};
+template <>
+struct FourLosses<true>
+{
+    PackVec normal, tangential, on_i, on_j, rolling;  //!< as in LossyLoad
+    PackMask slides;
+    Pack slid, rolled;  //!< taken from the springs [J]
+};
+
+//! Books what the springs of those of four contacts lost that are marked.
+template <Features F>
+inline void book(FourLosses<true> const& lost, unsigned marked, Books& books) noexcept
+{
+    for (std::size_t k = 0; k < 4; ++k) {
+        if (!(marked >> k & 1U)) continue;
+        books.sliding += lost.slid[k];
+        if constexpr (F.rolling == Rolling::elastic_plastic) books.rolling += lost.rolled[k];
+    }
+}
+
+//! As spring_loss() in contact.hpp, with one stiffness.
+inline Pack spring_loss(PackVec before, PackVec after, double stiffness, PackVec displacement) noexcept
+{
+    Pack const work = all(0.5) * dot(before + after, displacement);
+    auto const energy = [&](PackVec f) { return stiffness > 0.0 ? all(0.5) * dot(f, f) / all(stiffness) : all(0.0); };
+    return work - (energy(after) - energy(before));
+}
+
+//! The parts of one contact's load that are not elastic, as rows of 32 bytes (LossyLoad).
+struct LossyRow
+{
+    Pack normal, tangential, on_i, on_j, rolling;
+    bool slides;
+};
+template <Features F>
+[[gnu::always_inline]] inline std::array<LossyRow, 4> rows(FourLosses<true> const& f, bool tangential) noexcept
+{
+    std::array<LossyRow, 4> row;
+    auto const normal = rows(f.normal);
+    unsigned const slides = bits(f.slides);
+    for (std::size_t k = 0; k < 4; ++k) row[k].normal = normal[k], row[k].slides = (slides >> k & 1U) != 0;
+    if (tangential) {
+        auto const force = rows(f.tangential), on_i = rows(f.on_i), on_j = rows(f.on_j);
+        for (std::size_t k = 0; k < 4; ++k) row[k].tangential = force[k], row[k].on_i = on_i[k], row[k].on_j = on_j[k];
+    }
+    if constexpr (F.rolling != Rolling::none) {
+        auto const torque = rows(f.rolling);
+        for (std::size_t k = 0; k < 4; ++k) row[k].rolling = torque[k];
+    }
+    return row;
+}
+
+//! As add() in lossy_loads.hpp.
+template <Features F>
+[[gnu::always_inline]] inline void add(LossyLoads<3>& loads, std::size_t grain, LossyRow const& row, Pack sign,
+                                       Pack torque) noexcept
+{
+    auto const to = [](Load<3>& load, std::size_t offset, Pack more) {
+        auto* const at = reinterpret_cast<double*>(&load) + offset;
+        store(at, dem::load(at) + more);
+    };
+    to(loads.press_and_roll[grain], 0, sign * row.normal);
+    if constexpr (F.rolling != Rolling::none) to(loads.press_and_roll[grain], of_spin, sign * row.rolling);
+    if (!loads.tangential.empty()) {
+        Load<3>& kind = (row.slides ? loads.sliding : loads.tangential)[grain];
+        to(kind, 0, sign * row.tangential);
+        to(kind, of_spin, torque);
+    }
+}
+inline void add(LossyForces<3>& sum, LossyRow const& row, bool tangential) noexcept
+{
+    auto const vector = [](Pack p) { return Vec3{p[0], p[1], p[2]}; };
+    sum.normal += vector(row.normal);
+    if (tangential) (row.slides ? sum.sliding : sum.tangential) += vector(row.tangential);
+}
+
+//! Bit k: the grain is no ghost.
+inline unsigned ours(Grains<3> const& g, Four const& grain) noexcept
+{
+    unsigned all = 0;
+    for (unsigned k = 0; k < 4; ++k) all |= (g.is_ghost(grain[k]) ? 0U : 1U) << k;
+    return all;
+}
+
+//! What is not elastic of four pairs, to their grains and images; what their springs lost, to the books.
+template <Features F>
+inline void add(FourLosses<F.ledger> const& lost, FourPairs const& p, State<3>& state, Books& books) noexcept
+{
+    if constexpr (F.ledger) {
+        bool const tangential = !state.lossy.tangential.empty();
+        auto const row = rows<F>(lost, tangential);
+        for (std::size_t k = 0; k < 4; ++k) {
+            add<F>(state.lossy, p.i[k], row[k], all(1.0), row[k].on_i);
+            add<F>(state.lossy, p.j[k], row[k], all(-1.0), row[k].on_j);
+            if constexpr (F.periodic)
+                if (state.pairs.image[p.slot[k]] != home<3>)
+                    add(state.lossy.image[state.pairs.image[p.slot[k]]], row[k], tangential);
+        }
+        book<F>(lost, ours(state.grains, p.i), books);
+    }
+}
+
+}  // namespace dem
