@@ -7,8 +7,7 @@
 namespace dem {
 namespace {
 
-//! Calls `visit(contact, overlap, law, motion of i, motion of j, history, slot)` for each listed contact of the pairs
-//! whose first grain is ours.
+//! Calls `visit(contact, overlap, law, history, slot)` for each listed contact of the pairs whose first grain is ours.
 template <int D, class Visit>
 void for_pairs(Setup<D> const& setup, State<D> const& state, Visit&& visit)
 {
@@ -19,10 +18,7 @@ void for_pairs(Setup<D> const& setup, State<D> const& state, Visit&& visit)
             std::size_t const j = state.pairs.other[slot];
             Vec<D> const from_j = apart(g, state.pairs, state.cell, i, slot);
             double const distance = norm(from_j), ri = g.place[i].radius, rj = g.place[j].radius;
-            Motion<D> motion = g.motion[j];
-            if (setup.features.periodic) motion.velocity += state.cell.images[state.pairs.image[slot]].velocity;
-            visit(contact_of<D>(from_j, distance, ri, rj), ri + rj - distance, setup.law, g.motion[i], motion,
-                  state.pairs.history, slot);
+            visit(contact_of<D>(from_j, distance, ri, rj), ri + rj - distance, setup.law, state.pairs.history, slot);
         }
     }
 }
@@ -31,8 +27,6 @@ void for_wall(Setup<D> const& setup, State<D> const& state, std::size_t w, Visit
 {
     Grains<D> const& g = state.grains;
     WallContacts<D> const& contacts = state.walls[w];
-    Motion<D> wall{};
-    wall.velocity = contacts.velocity;
     std::visit(
         [&](auto const& shape) {
             for (std::size_t k = 0; k < contacts.grain.size(); ++k) {
@@ -40,8 +34,7 @@ void for_wall(Setup<D> const& setup, State<D> const& state, std::size_t w, Visit
                 Facing<D> const at = facing_of(shape, contacts, k, g.place[i].centre);
                 double const radius = g.place[i].radius, overlap = radius - at.distance;
                 if (!is_contact(shape, contacts, k, overlap)) continue;
-                visit(contact_with_wall<D>(at.normal, radius), overlap, setup.walls[w].law, g.motion[i], wall,
-                      contacts.history, k);
+                visit(contact_with_wall<D>(at.normal, radius), overlap, setup.walls[w].law, contacts.history, k);
             }
         },
         setup.walls[w].shape);
@@ -51,8 +44,8 @@ void for_wall(Setup<D> const& setup, State<D> const& state, std::size_t w, Visit
 template <int D>
 auto adding(Features const& features, Elastic& sum)
 {
-    return [&features, &sum](Contact<D> const& c, double overlap, ContactLaw const& law, Motion<D> const&,
-                             Motion<D> const&, History<D> const& history, std::size_t at) {
+    return [&features, &sum](Contact<D> const& c, double overlap, ContactLaw const& law, History<D> const& history,
+                             std::size_t at) {
         if (overlap <= 0.0) return;
         Stiffness const s = stiffness_of(features.elasticity, law, overlap, c.effective);
         sum.normal += s.energy;
