@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "participants/dem/contact.hpp"
 #include "participants/dem/lossy_loads.hpp"
 
@@ -56,9 +58,10 @@ void carry(Memory<D>& m, Contact<D> const& c, double dt, Motion<D> const& hi, Mo
 
 //! The laws on one listed contact that touches. Returns what acts; writes the history.
 template <Features F, int D, class Turning>
-Forces<D> act(ContactLaw const& law, Contact<D> const& c, double overlap, double sqrt_mass, double dt,
-              Motion<D> const& vi, Motion<D> const& vj, Motion<D> const& hi, Motion<D> const& hj, Turning&& turning,
-              History<D>& history, std::size_t at, Books& books) noexcept
+[[gnu::always_inline]] inline Forces<D> act(ContactLaw const& law, Contact<D> const& c, double overlap,
+                                            double sqrt_mass, double dt, Motion<D> const& vi, Motion<D> const& vj,
+                                            Motion<D> const& hi, Motion<D> const& hj, Turning&& turning,
+                                            History<D>& history, std::size_t at, Books& books) noexcept
 {
     auto const touching = touching_of<F>(c, overlap, sqrt_mass, dt, vi, vj, hi, hj);
     Memory<D> memory = memory_of<F>(history, at);
@@ -117,11 +120,12 @@ Vec<D> centre_seen(Vec<D> of, Pairs<D> const& pairs, std::size_t slot, Images<D>
     return of;
 }
 
-//! A listed pair, plainly. Its history is kept, or forgotten if it does not touch. Appends to `pushes`.
+//! A listed pair, plainly. Its history is kept, or forgotten if it does not touch; then there is no load. Appends to
+//! `pushes`.
 template <Features F, int D>
-PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pairs, Images<D> const& images,
-                         std::size_t i, std::size_t slot, double dt, Books& books,
-                         std::vector<Push<D>>& pushes) noexcept
+std::optional<PairLoad<D>> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pairs,
+                                        Images<D> const& images, std::size_t i, std::size_t slot, double dt,
+                                        Books& books, std::vector<Push<D>>& pushes) noexcept
 {
     auto const& late = F.scheme == Scheme::liggghts ? g.half : g.motion;
     std::size_t const j = pairs.other[slot];
@@ -138,7 +142,7 @@ PairLoad<D> load_of_pair(ContactLaw const& law, Grains<D> const& g, Pairs<D>& pa
                           pairs.history, slot, books);
             }
         remember<F>(pairs.history, slot, Memory<D>{});
-        return {};
+        return std::nullopt;
     }
     double const distance = std::sqrt(square);
     Contact<D> c = contact_of<D>(apart, distance, ri, rj);
@@ -174,7 +178,9 @@ void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t
 {
     Grains<D>& g = state.grains;
     std::size_t const j = state.pairs.other[slot];
-    PairLoad<D> const load = load_of_pair<F>(law, g, state.pairs, state.cell.images, i, slot, dt, books, state.pushes);
+    auto const found = load_of_pair<F>(law, g, state.pairs, state.cell.images, i, slot, dt, books, state.pushes);
+    if (!found) return;
+    PairLoad<D> const& load = *found;
     g.contact[i].force += load.force;
     g.contact[j].force -= load.force;
     if constexpr (F.periodic) state.cell.images[state.pairs.image[slot]].through += load.force;

@@ -66,8 +66,9 @@ void add_shared_pair_forces(Setup<3> const& setup, State<3>& state, double dt, s
                 std::uint32_t const i = pairs.owner[slot];
                 Books& book = F.ledger && g.is_ghost(i) ? theirs : books[block];
                 auto const load = load_of_pair<F>(law, g, pairs, images, i, slot, dt, book, pushes[block]);
-                kept[slot] = {row_of(load.force), row_of(load.on_i), row_of(load.on_j)};
-                if constexpr (F.ledger) lossy[slot] = row_of(load.lossy);
+                if (!load) return;
+                kept[slot] = {row_of(load->force), row_of(load->on_i), row_of(load->on_j)};
+                if constexpr (F.ledger) lossy[slot] = row_of(load->lossy);
             };
             auto const four = [&](FourForces const& forces, [[maybe_unused]] FourLosses<F.ledger> const& lost,
                                   FourPairs const& p) {
