@@ -5,6 +5,7 @@
 
 //! Four doubles that are computed with at once. GCC and Clang turn these operations into the instructions of the target
 //! (AVX2: one each; less: two halves); every lane is rounded as a scalar is.
+#pragma GCC diagnostic ignored "-Wpsabi"  // packs stay within a build, all of which has the same instructions
 namespace dem {
 
 typedef double Pack __attribute__((vector_size(32)));
