@@ -270,6 +270,7 @@ void OutChannel::keep(std::span<std::int64_t const> new_ids, std::vector<std::sp
 
 bool reaches(Box const& box, double const* position, int dimension, double radius)
 {
+    if (box.is_empty()) return false;
     for (int axis = 0; axis < dimension; ++axis) {
         auto const a = static_cast<std::size_t>(axis);
         if (position[axis] + radius < box.min[a] || position[axis] - radius > box.max[a]) return false;
