@@ -261,6 +261,12 @@ std::vector<std::span<double const>> const& Samples::columns(double time)
     return source_->columns((time - begin_) / (end_ - begin_));
 }
 
+bool Samples::vary() const
+{
+    auto const& terms = source_->terms;
+    return source_->edge.sample != Sampling::hold && (terms.lag == 0 || terms.inside || terms.predict > 0);
+}
+
 void OutChannel::keep(std::span<std::int64_t const> new_ids, std::vector<std::span<double const>> const& values)
 {
     ids.assign(new_ids.begin(), new_ids.end());

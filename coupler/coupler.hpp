@@ -98,6 +98,8 @@ class Samples
     //! All columns at a time of the window [s], by the edge's lag, prediction and sampling. Overwritten by the next
     //! call.
     std::vector<std::span<double const>> const& columns(double time);
+    //! Whether they may differ within the window. If not, one sample stands for all.
+    bool vary() const;
 
  private:
     Source* source_;
@@ -111,6 +113,7 @@ class Sampled
     explicit Sampled(Samples samples) : samples_(samples) {}
     std::span<std::int64_t const> ids() const { return samples_.ids(); }
     Data at(double time) { return Data::from(samples_.ids(), samples_.columns(time)); }
+    bool vary() const { return samples_.vary(); }
 
  private:
     Samples samples_;
