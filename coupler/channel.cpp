@@ -261,6 +261,12 @@ std::vector<std::span<double const>> const& Samples::columns(double time)
     return source_->columns((time - begin_) / (end_ - begin_));
 }
 
+bool Samples::vary() const
+{
+    auto const& terms = source_->terms;
+    return source_->edge.sample != Sampling::hold && (terms.lag == 0 || terms.inside || terms.predict > 0);
+}
+
 void OutChannel::keep(std::span<std::int64_t const> new_ids, std::vector<std::span<double const>> const& values)
 {
     ids.assign(new_ids.begin(), new_ids.end());
@@ -270,6 +276,7 @@ void OutChannel::keep(std::span<std::int64_t const> new_ids, std::vector<std::sp
 
 bool reaches(Box const& box, double const* position, int dimension, double radius)
 {
+    if (box.is_empty()) return false;
     for (int axis = 0; axis < dimension; ++axis) {
         auto const a = static_cast<std::size_t>(axis);
         if (position[axis] + radius < box.min[a] || position[axis] - radius > box.max[a]) return false;

@@ -84,6 +84,8 @@ struct OutChannel
         FrameEncoder encoder;
         std::optional<Box> box = {};  //!< what it said that it covers
         std::int64_t used = -1;       //!< the newest frame that it has said it used
+
+        bool takes_points() const { return !box || !box->is_empty(); }
     };
 
     Edge edge;
@@ -135,7 +137,7 @@ struct Selection
 //! where an edge runs back: there each waits for the other in any case.
 bool needs_credit(Scene const& scene, Edge const& edge);
 
-//! Is a point, grown by its radius, inside a box or on its faces?
+//! Is a point, grown by its radius, inside a box or on its faces? An empty box has none.
 bool reaches(Box const& box, double const* position, int dimension, double radius);
 
 }  // namespace sluice

@@ -42,8 +42,8 @@ struct Window
     bool last = false;    //!< the run ends with it
     int iteration = 0;    //!< in an implicit group: how often it has been computed before
 
-    //! Whether something done every `interval` seconds is due at its end: the first one at or after each multiple; 0 and
-    //! the last window: at the end of the run.
+    //! Whether something done every `interval` seconds is due at its end: the first one at or after each multiple; 0
+    //! and the last window: at the end of the run.
     bool due(double interval) const;
     //! How many equal steps of at most `longest` seconds fill the window.
     std::int64_t steps(double longest) const;
@@ -98,6 +98,8 @@ class Samples
     //! All columns at a time of the window [s], by the edge's lag, prediction and sampling. Overwritten by the next
     //! call.
     std::vector<std::span<double const>> const& columns(double time);
+    //! Whether they may differ within the window. If not, one sample stands for all.
+    bool vary() const;
 
  private:
     Source* source_;
@@ -111,6 +113,7 @@ class Sampled
     explicit Sampled(Samples samples) : samples_(samples) {}
     std::span<std::int64_t const> ids() const { return samples_.ids(); }
     Data at(double time) { return Data::from(samples_.ids(), samples_.columns(time)); }
+    bool vary() const { return samples_.vary(); }
 
  private:
     Samples samples_;
@@ -156,7 +159,9 @@ class Participant
 
     //! Of the columns of `data` this solver reads only these: others are not sent to it, their spans are empty.
     void reads(std::string_view data, std::vector<std::string> const& columns);
-    //! The part of space that this process covers: points with a position outside are not sent to it. Before windows().
+    //! The part of space that this process covers: points with a position outside are not sent to it. An empty box (min
+    //! above max in x): other processes of this participant have all points, none are sent here, not even of data
+    //! without positions. Before windows().
     void covers(Box const& box);
     //! How this solver keeps and restores all it needs to go on bit for bit: for checkpoints, and for implicit groups,
     //! which repeat windows. `save` fills an empty State. Before windows(), which restores a run that is resumed.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "coupler/session.hpp"
 #include "coupler/transport/buffer.hpp"
 
@@ -240,7 +242,8 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
 {
     auto const ticks = frame == 0 ? 0 : plan_.begin + plan_.length;
     Samples::Source const* back = nullptr;  // tells from which process of the receiver a point came
-    if (channel.position < 0 && channel.targets.size() > 1 && !channel.spec.meshless)
+    bool const several = std::ranges::count_if(channel.targets, &OutChannel::Target::takes_points) > 1;
+    if (channel.position < 0 && several && !channel.spec.meshless)
         for (auto const& source : in)
             if (source.edge.from == channel.edge.to && !source.spec.meshless && !source.history.empty()) back = &source;
     // else what is written is sent, untouched
@@ -257,9 +260,11 @@ void Participant::Session::emit(OutChannel& channel, std::int64_t frame, std::ui
         Outgoing outgoing{frame, ticks, iteration, ids, columns};
         std::vector<std::span<double const>> spans;
         bool const by_place = channel.position >= 0 && (channel.edge.region || target.box);
-        if (by_place || back) {
+        bool const nothing = !channel.spec.meshless && !target.takes_points();
+        if (by_place || back || nothing) {
             auto const d = static_cast<std::size_t>(scene.dimension);
             auto const wanted = [&](std::size_t i) {
+                if (nothing) return false;
                 if (back) return std::max(back->origin_of(ids[i]), 0) == static_cast<int>(t);
                 double const* const at = columns[static_cast<std::size_t>(channel.position)].data() + i * d;
                 double const r = channel.radius < 0 ? 0 : columns[static_cast<std::size_t>(channel.radius)][i];

@@ -123,7 +123,7 @@ int sluice_column(sluice_participant* self, char const* data, size_t k, char con
 /*! For `window: auto` [s]. `exact`: the solver's own step, every window must have this length; else an upper bound. */
 int sluice_propose_window(sluice_participant* self, double seconds, int exact);
 /*! The part of space that this process covers [m], 3 numbers each: points with a position outside are not sent to it.
- */
+    min above max in x: nothing, no points are sent to it at all. */
 int sluice_covers(sluice_participant* self, double const* min, double const* max);
 
 /* What the solver needs to go on bit for bit, for checkpoints and for implicit groups, as named arrays. */

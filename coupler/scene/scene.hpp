@@ -27,6 +27,7 @@ enum class Sampling
 struct Box
 {
     std::array<double, 3> min{}, max{};  //!< m
+    bool is_empty() const { return min[0] > max[0]; }
     bool operator==(Box const&) const = default;
 };
 

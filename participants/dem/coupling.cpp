@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include "coupler/coupler.hpp"
@@ -14,6 +13,7 @@
 #include "participants/dem/domain.hpp"
 #include "participants/dem/measures.hpp"
 #include "participants/dem/mpi_peers.hpp"
+#include "participants/dem/partner_loads.hpp"
 #include "participants/dem/recorder.hpp"
 #include "participants/dem/setup.hpp"
 #include "participants/dem/steady_shear.hpp"
@@ -39,85 +39,31 @@ sluice::Kinematics kinematics_of(Columns<D> const& c)
     return {c.id, c.position, c.velocity, c.spin, c.radius};
 }
 
-//! Where a grain of a lasting id is in the solver's arrays: a table for ids that lie close together, else a map.
-class Finder
+PartnerLoad load_of(sluice::Load const& load)
 {
- public:
-    explicit Finder(std::vector<std::int64_t> const& id) : count_(id.size())
-    {
-        if (id.empty()) return;
-        auto const [least, most] = std::minmax_element(id.begin(), id.end());
-        lowest_ = *least;
-        if (static_cast<std::uint64_t>(*most - lowest_) < 8 * count_ + 1024)
-            table_.assign(static_cast<std::size_t>(*most - lowest_) + 1, count_);
-        for (std::size_t i = 0; i < count_; ++i)
-            if (table_.empty())
-                index_.emplace(id[i], i);
-            else
-                table_[static_cast<std::size_t>(id[i] - lowest_)] = i;
-    }
-    std::size_t operator()(std::int64_t id) const
-    {
-        std::size_t const found = look_up(id);
-        sluice::require(found < count_, [&] {
-            return sluice::Error("a load on grain " + std::to_string(id) + ", which is none of the " +
-                                     std::to_string(count_) + " grains.",
-                                 sluice::Exit::protocol);
-        });
-        return found;
-    }
-
- private:
-    std::size_t look_up(std::int64_t id) const
-    {
-        if (table_.empty()) {
-            auto const found = index_.find(id);
-            return found == index_.end() ? count_ : found->second;
-        }
-        if (id < lowest_ || static_cast<std::uint64_t>(id - lowest_) >= table_.size()) return count_;
-        return table_[static_cast<std::size_t>(id - lowest_)];
-    }
-
-    std::size_t count_;
-    std::int64_t lowest_ = 0;
-    std::vector<std::size_t> table_;  //!< by id - lowest; count: none has this id
-    std::unordered_map<std::int64_t, std::size_t> index_;
-};
-
-//! Adds the forces that one partner sends to the grains, by id, as they are at a time of the window.
-template <int D>
-void add_load(sluice::Load const& load, Finder const& find, Grains<D>& g)
-{
-    for (std::size_t k = 0; k < load.id.size(); ++k) {
-        Load<D>& to = g.external[find(load.id[k])];
-        if constexpr (D == 2) {
-            to.force += Vec2{load.force[2 * k], load.force[2 * k + 1]};
-            to.torque += load.torque[k];
-        } else {
-            to.force += Vec3{load.force[3 * k], load.force[3 * k + 1], load.force[3 * k + 2]};
-            to.torque += Vec3{load.torque[3 * k], load.torque[3 * k + 1], load.torque[3 * k + 2]};
-        }
-    }
+    return {load.id, load.force, load.torque};
 }
 
-//! One window in equal steps of our own; the load is sampled in the middle of each. Returns the impulse that it gave to
-//! all grains [N s]; discs: per metre.
+//! One window in equal steps of our own; what partners do is sampled in the middle of each, or once if it stays the
+//! same. Returns the impulse that it gave to all grains [N s]; discs: per metre. Of several processes the first one's
+//! samples have all points, the others' none.
 template <int D>
-Vec<D> advance(Solver<D>& solver, double step, sluice::Window const& window, Finder const& find,
-               std::vector<sluice::Sampled<sluice::Load>>& loads)
+Vec<D> advance(Solver<D>& solver, double step, sluice::Window const& window, PartnerLoads<D>& loads,
+               std::vector<sluice::Sampled<sluice::Load>>& samples)
 {
     auto const steps = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(window.length / step - 1e-9)));
     double const dt = window.length / static_cast<double>(steps);
+    bool const vary = std::ranges::any_of(samples, &sluice::Sampled<sluice::Load>::vary);
     Vec<D> impulse{};
     for (std::int64_t k = 0; k < steps; ++k) {
-        if (!loads.empty()) {
-            auto& g = solver.grains();
-            std::fill(g.external.begin(), g.external.end(), Load<D>{});
-            for (auto& load : loads) add_load(load.at(window.begin + (static_cast<double>(k) + 0.5) * dt), find, g);
-            Vec<D> force{};
-            for (auto const& external : g.external) force += external.force;
-            impulse += dt * force;
+        if (!samples.empty() && (k == 0 || vary)) {
+            std::vector<PartnerLoad> parts;
+            for (auto& sample : samples)
+                parts.push_back(load_of(sample.at(window.begin + (static_cast<double>(k) + 0.5) * dt)));
+            loads.take(parts);
+            solver.set_loads(loads.on_grains());
         }
+        impulse += dt * loads.force();
         solver.step(dt);
     }
     return impulse;
@@ -241,6 +187,15 @@ class Overview
         all_->restore(solver_.whole());
         return *all_;
     }
+    //! As they were when now() was called last.
+    Solver<D> const& last() const { return solver_.domain() ? *all_ : solver_; }
+    //! Where they are now and how they move; nothing else is up to date. After now(), by all processes.
+    Grains<D> const& in_motion()
+    {
+        if (!solver_.domain()) return solver_.grains();
+        solver_.gather_motion(all_->grains());
+        return all_->grains();
+    }
 
  private:
     Solver<D> const& solver_;
@@ -298,13 +253,13 @@ void run(sluice::Participant& self, Config const& config)
                          start.mean_diameter, resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
-    auto tell = [&](Solver<D> const& all) {
-        columns.update(all.grains());
+    auto tell = [&](Grains<D> const& all) {
+        columns.update(all);
         for (auto const& to : receivers) self.write(to, kinematics_of(columns));
     };
+    if (!self.resumes()) tell(solver.grains());
     if (!self.resumes() && first) {
         start = start_of(config, solver);
-        tell(solver);
         begin_recording(std::nullopt);
         recorder->record(at_start, columns, {solver, {}, start.balance});
     }
@@ -312,19 +267,21 @@ void run(sluice::Participant& self, Config const& config)
     sluice::Windows windows = self.windows();
     if (self.resumes()) begin_recording(self.resumed_at());
     state_facts(self, config, count_grains(config), start);
-    Finder const find(solver.grains().id);
+    PartnerLoads<D> loads(overview.now().grains().id);
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());
-        std::vector<sluice::Sampled<sluice::Load>> loads;
-        for (auto const& from : senders) loads.push_back(self.read<sluice::Load>(from, window));
-        Vec<D> const impulse = advance(solver, config.step, window, find, loads);
+        std::vector<sluice::Sampled<sluice::Load>> samples;
+        for (auto const& from : senders) samples.push_back(self.read<sluice::Load>(from, window));
+        Vec<D> const impulse = advance(solver, config.step, window, loads, samples);
         Due const due = due_at(window);
-        if (peers && !is_anything_due(config.measures, due)) continue;  // all would be gathered for nothing
-        Solver<D> const& all = overview.now();
-        tell(all);
+        bool const looked_at = is_anything_due(config.measures, due);  // else more would be gathered than is told
+        if (looked_at)
+            tell(overview.now().grains());
+        else if (!receivers.empty())
+            tell(overview.in_motion());
         if (iterates(self) && !self.accepted(window)) continue;
         if (sheared) steady.sample(solver);
-        if (first) recorder->record(due, columns, {all, impulse, start.balance});
+        if (first && looked_at) recorder->record(due, columns, {overview.last(), impulse, start.balance});
     }
     auto const& all = overview.now();
     if (!first) return;
@@ -336,15 +293,17 @@ void run(sluice::Participant& self, Config const& config)
     recorder->close();
 }
 
-//! What several processes cannot do yet.
+//! What several processes cannot do. When a partner dies some of them may still wait for one another in MPI, where
+//! nobody can call them back.
 void check_ranks(sluice::Participant const& self, Config const& config)
 {
     if (self.ranks() == 1) return;
     config.dimension == 2 ? require_shareable(make_setup<2>(config)) : require_shareable(make_setup<3>(config));
-    sluice::require(self.receivers("kinematics").empty() && self.senders("load").empty(), [] {
-        return sluice::Error(
-            "grains that are coupled with a partner cannot be shared out among processes yet (needed: ranks: 1, or "
-            "grains alone). Try config.threads.");
+    bool const coupled = !self.receivers("kinematics").empty() || !self.senders("load").empty();
+    sluice::require(!coupled || !self.scene().restart_on_death, [&] {
+        return sluice::Error("dem: on-death: restart with grains of " + std::to_string(self.ranks()) +
+                             " processes that are coupled: they cannot go back together when a partner dies (needed: "
+                             "ranks: 1, or on-death: stop). Try on-death: stop, and `sluice resume` after a death.");
     });
 }
 
@@ -360,6 +319,7 @@ void take_part(sluice::Participant& self)
     if (self.rank() == 0)
         for (auto const& warning : config.warnings) self.warn(warning);
     check_ranks(self, config);
+    if (self.rank() > 0) self.covers({{1, 1, 1}, {-1, -1, -1}});  // nothing: the first process speaks for all
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);
     config.loads = !self.senders("load").empty();

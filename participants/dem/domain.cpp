@@ -33,33 +33,46 @@ struct CommonWall
     Vec<D> shift, built_shift, velocity;
 };
 
+//! What partners are told of a grain in each window.
+template <int D>
+struct MotionRow
+{
+    std::uint32_t number;  //!< of the grain in the run
+    Vec<D> centre;
+    Motion<D> motion;
+};
+
 template <int D>
 void spread_walls(Peers& peers, std::vector<WallContacts<D>>& walls)
 {
-    for (auto& wall : walls) {
-        auto const first = everyone(peers, CommonWall<D>{wall.active, wall.shift, wall.built_shift, wall.velocity})[0];
-        wall.active = first.active;
-        wall.shift = first.shift;
-        wall.built_shift = first.built_shift;
-        wall.velocity = first.velocity;
+    std::vector<CommonWall<D>> rows;
+    for (auto const& wall : walls) rows.push_back({wall.active, wall.shift, wall.built_shift, wall.velocity});
+    rows = from_first(peers, rows);
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+        walls[w].active = rows[w].active;
+        walls[w].shift = rows[w].shift;
+        walls[w].built_shift = rows[w].built_shift;
+        walls[w].velocity = rows[w].velocity;
     }
 }
 
-//! What the processes' parts of a sum are; the whole is added up by rank.
-struct Parts
+//! Calls `each` for the numbers that are sums over processes.
+template <int D, class Each>
+void each_sum(State<D>& state, Each&& each)
 {
-    Booked booked;
-    LossyPower power;
-
     using Numbers = std::array<double, (sizeof(Booked) + sizeof(LossyPower)) / sizeof(double)>;
-    void add(Parts const& other)
+    struct Sums
     {
-        auto numbers = std::bit_cast<Numbers>(*this);
-        auto const more = std::bit_cast<Numbers>(other);
-        for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] += more[k];
-        *this = std::bit_cast<Parts>(numbers);
-    }
-};
+        Booked booked;
+        LossyPower power;
+    };
+    auto numbers = std::bit_cast<Numbers>(Sums{state.booked, state.power});
+    for (double& number : numbers) each(number);
+    auto const sums = std::bit_cast<Sums>(numbers);
+    state.booked = sums.booked;
+    state.power = sums.power;
+    for (auto& wall : state.walls) each_number(wall.force, each);
+}
 
 //! Calls `each` for the numbers of what a ghost has from its owner.
 template <int D, class Each>
@@ -86,7 +99,6 @@ void require_shareable(Setup<D> const& setup)
     };
     refuse_if(setup.features.periodic, "in a periodic cell");
     refuse_if(setup.sleep.any(), "that may sleep");
-    refuse_if(setup.lubrication.any(), "with lubrication");
     refuse_if(std::ranges::any_of(setup.walls,
                                   [](Wall<D> const& wall) { return std::holds_alternative<Mesh<D>>(wall.shape); }),
               "with a mesh");
@@ -114,7 +126,7 @@ void Domain<D>::distribute(Setup<D> const& setup, State<D>& state)
         state.pairs.first = {0};
         for (auto& wall : state.walls) wall.grain.clear(), wall.history = {};
     }
-    choose_slabs(state);
+    if (slabs_.bounds.empty() || is_uneven(state)) choose_slabs(state);  // a run that goes back keeps them
     ship(setup, state);
     std::vector<Vec<D>> now, shifts;  // the lists are those that were: of where all was when they were built
     auto const rebuilds = state.rebuilds;
@@ -137,7 +149,7 @@ void Domain<D>::agree(State<D>& state)
         mine.smallest_radius = std::min(mine.smallest_radius, place.radius);
         mine.largest_radius = std::max(mine.largest_radius, place.radius);
     }
-    Common<D> const first = everyone(peers_, mine)[0];
+    Common<D> const first = from_first(peers_, std::vector{mine})[0];
     state.time = first.time;
     state.steps = first.steps;
     state.rebuilds = first.rebuilds;
@@ -152,7 +164,7 @@ void Domain<D>::rebuild(Setup<D> const& setup, State<D>& state)
 {
     check_finite(state);
     for (std::size_t i = 0; i < state.grains.size(); ++i) state.built[i] = state.grains.place[i].centre;
-    if (imbalance(state) > chosen_imbalance_ + most_uneven) {
+    if (is_uneven(state)) {
         choose_slabs(state);
         ++moves_;
     }
@@ -180,6 +192,12 @@ double Domain<D>::imbalance(State<D> const& state)
     count = sums(peers_, count);
     double const mean = static_cast<double>(census_.all) / static_cast<double>(count.size());
     return static_cast<double>(*std::max_element(count.begin(), count.end())) / std::max(mean, 1.0);
+}
+
+template <int D>
+bool Domain<D>::is_uneven(State<D> const& state)
+{
+    return imbalance(state) > chosen_imbalance_ + most_uneven;
 }
 
 template <int D>
@@ -266,6 +284,28 @@ void Domain<D>::refresh(Grains<D>& g)
 }
 
 template <int D>
+void Domain<D>::deal(std::vector<Load<D>> const& loads, Grains<D>& g)
+{
+    std::vector<Load<D>> const dealt = from_first(peers_, loads);
+    for (std::size_t i = 0; i < g.size(); ++i) g.external[i] = dealt[census_.number[i]];
+}
+
+template <int D>
+void Domain<D>::gather_motion(Grains<D> const& g, Grains<D>& all)
+{
+    std::vector<MotionRow<D>> own;
+    for (std::size_t i = 0; i < g.size(); ++i)
+        if (!g.is_ghost(i)) own.push_back({census_.number[i], g.place[i].centre, g.motion[i]});
+    std::vector<Bytes> out(static_cast<std::size_t>(peers_.count()));
+    out[0] = to_bytes(own);
+    for (Bytes const& came : peers_.all_to_all(std::move(out)))
+        for (MotionRow<D> const& row : rows_of<MotionRow<D>>(came)) {
+            all.place[row.number].centre = row.centre;
+            all.motion[row.number] = row.motion;
+        }
+}
+
+template <int D>
 State<D> Domain<D>::gather(Setup<D> const& setup, State<D> const& state)
 {
     bool const root = peers_.rank() == 0;
@@ -288,17 +328,12 @@ State<D> Domain<D>::gather(Setup<D> const& setup, State<D> const& state)
     assemble(in, setup.features, whole, everybody);
     derive_from_list(setup, whole.pairs, whole.grains.size());
     set_sqrt_masses(setup, whole.grains, whole.pairs);
-    Parts sum;
-    for (Parts const& part : everyone(peers_, Parts{state.booked, state.power}))
-        if (root) sum.add(part);
-    whole.booked = sum.booked;
-    whole.power = sum.power;
-    for (auto& wall : whole.walls) {
-        Vec<D> force{};
-        for (Vec<D> const& part : everyone(peers_, wall.force))
-            if (root) force += part;
-        wall.force = force;
-    }
+    whole.booked = state.booked;
+    whole.power = state.power;
+    std::vector<double> parts;
+    each_sum(whole, [&](double number) { parts.push_back(number); });
+    parts = sums(peers_, parts);
+    each_sum(whole, [&, at = std::size_t{0}](double& number) mutable { number = root ? parts[at++] : 0.0; });
     return whole;
 }
 

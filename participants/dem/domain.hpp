@@ -8,8 +8,8 @@
 
 namespace dem {
 
-//! Throws sluice::Error unless the grains of such a run can be shared out: not in a periodic cell, nor with sleep,
-//! lubrication or a mesh.
+//! Throws sluice::Error unless the grains of such a run can be shared out: not in a periodic cell, nor with sleep or a
+//! mesh.
 template <int D>
 void require_shareable(Setup<D> const& setup);
 
@@ -31,10 +31,15 @@ class Domain
     void rebuild(Setup<D> const& setup, State<D>& state);
     //! Motion and contact loads of ghosts as their owners have them.
     void refresh(Grains<D>& grains);
+    //! What partners do to all grains of the run, in their order, from process 0 to whoever holds them, also as ghosts.
+    void deal(std::vector<Load<D>> const& loads, Grains<D>& grains);
+    //! Where grains are and how they move, from their owners to process 0, whose `all` has the grains of the run.
+    void gather_motion(Grains<D> const& grains, Grains<D>& all);
     //! On process 0 the state of the whole run; elsewhere the same without grains. Sums of the ledger and the forces of
     //! walls are those of all, added up by rank.
     State<D> gather(Setup<D> const& setup, State<D> const& state);
 
+    bool is_first() const { return peers_.rank() == 0; }
     Slabs<D> const& slabs() const { return slabs_; }
     std::int64_t moves() const { return moves_; }                //!< how often slabs were chosen anew
     double smallest_radius() const { return smallest_radius_; }  //!< of all grains of the run [m]
@@ -43,6 +48,7 @@ class Domain
     void agree(State<D>& state);
     void choose_slabs(State<D> const& state);
     double imbalance(State<D> const& state);
+    bool is_uneven(State<D> const& state);
     void ship(Setup<D> const& setup, State<D>& state);
     void lay_borders(State<D> const& state, double skin);
     double reach_of(Grains<D> const& g, std::size_t i, double skin) const;

@@ -56,6 +56,7 @@ double power_of_films(State<D> const& state)
     auto const& motion = state.grains.motion;
     double power = 0.0;
     for (Film<D> const& film : state.films) {
+        if (state.grains.is_ghost(film.first)) continue;  // its owner sees the pair as well
         Vec<D> const other = film.second < motion.size() ? motion[film.second].velocity
                                                          : state.walls[film.second - motion.size()].velocity;
         power -= dot(film.force, motion[film.first].velocity - other);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -36,27 +37,52 @@ class Peers
     virtual int largest(int mine) = 0;
 };
 
+template <class Row>
+Bytes to_bytes(std::vector<Row> const& rows)
+{
+    static_assert(std::is_trivially_copyable_v<Row>);
+    auto const bytes = std::as_bytes(std::span(rows));
+    return {bytes.begin(), bytes.end()};
+}
+
+//! What to_bytes() made bytes of.
+template <class Row>
+std::vector<Row> rows_of(Bytes const& bytes)
+{
+    std::vector<Row> rows(bytes.size() / sizeof(Row));
+    if (!rows.empty()) std::memcpy(rows.data(), bytes.data(), rows.size() * sizeof(Row));
+    return rows;
+}
+
 //! What each process has to say, by rank.
 template <class Row>
 std::vector<Row> everyone(Peers& peers, Row const& mine)
 {
-    static_assert(std::is_trivially_copyable_v<Row>);
-    auto const* const from = reinterpret_cast<std::byte const*>(&mine);
-    std::vector<Bytes> const out(static_cast<std::size_t>(peers.count()), Bytes(from, from + sizeof mine));
+    std::vector<Bytes> const out(static_cast<std::size_t>(peers.count()), to_bytes(std::vector{mine}));
     std::vector<Row> rows;
-    for (Bytes const& bytes : peers.all_to_all(out)) std::memcpy(&rows.emplace_back(), bytes.data(), sizeof(Row));
+    for (Bytes const& bytes : peers.all_to_all(out)) rows.push_back(rows_of<Row>(bytes)[0]);
     return rows;
 }
 
-//! The sums over all processes, number by number.
-inline std::vector<std::int64_t> sums(Peers& peers, std::vector<std::int64_t> const& mine)
+//! The rows that process 0 has, for all.
+template <class Row>
+std::vector<Row> from_first(Peers& peers, std::vector<Row> const& rows)
 {
-    auto const* const from = reinterpret_cast<std::byte const*>(mine.data());
-    std::size_t const size = mine.size() * sizeof mine[0];
-    std::vector<Bytes> const out(static_cast<std::size_t>(peers.count()), Bytes(from, from + size));
-    std::vector<std::int64_t> sum(mine.size()), one(mine.size());
+    std::vector<Bytes> out(static_cast<std::size_t>(peers.count()));
+    bool const first = peers.rank() == 0;
+    if (first) std::fill(out.begin() + 1, out.end(), to_bytes(rows));
+    auto const in = peers.all_to_all(std::move(out));
+    return first ? rows : rows_of<Row>(in[0]);
+}
+
+//! The sums over all processes, number by number, added up by rank.
+template <class Number = std::int64_t>
+std::vector<Number> sums(Peers& peers, std::vector<Number> const& mine)
+{
+    std::vector<Bytes> const out(static_cast<std::size_t>(peers.count()), to_bytes(mine));
+    std::vector<Number> sum(mine.size());
     for (Bytes const& bytes : peers.all_to_all(out)) {
-        if (size > 0) std::memcpy(one.data(), bytes.data(), size);
+        auto const one = rows_of<Number>(bytes);
         for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += one[k];
     }
     return sum;

@@ -144,6 +144,19 @@ void Solver<D>::share_out(Peers& peers)
 }
 
 template <int D>
+void Solver<D>::set_loads(std::vector<Load<D>> const& loads)
+{
+    if (domain_) return domain_->deal(loads, state_.grains);
+    state_.grains.external = loads;
+}
+
+template <int D>
+void Solver<D>::gather_motion(Grains<D>& all) const
+{
+    domain_->gather_motion(state_.grains, all);
+}
+
+template <int D>
 State<D> Solver<D>::whole() const
 {
     return domain_ ? domain_->gather(setup_, state_) : state();

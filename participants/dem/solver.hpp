@@ -28,8 +28,9 @@ class Solver
     //! Throws sluice::Error for an unlisted set of features, or a grain whose centre is behind a wall.
     Solver(Setup<D> setup, Grains<D> grains, std::span<ContactRecord<D> const> records = {});
 
-    //! One step of dt [s]. Set grains().external before. Throws sluice::Error (numerical) when a grain has moved
-    //! by more than the smallest radius in one step, is no longer finite, or comes to a mesh or behind a wall.
+    //! One step of dt [s]. Set grains().external before, or call set_loads(). Throws sluice::Error (numerical) when a
+    //! grain has moved by more than the smallest radius in one step, is no longer finite, or comes to a mesh or behind
+    //! a wall.
     void step(double dt);
 
     Setup<D> const& setup() const { return setup_; }
@@ -53,9 +54,15 @@ class Solver
 
     //! From now on this process has its part of the run only: every process of `peers` calls it, with solvers of the
     //! same setup, and those grains are shared out that process 0 has. The others' solvers are made without grains. All
-    //! that steps then talks to the other processes. Not with periodic sides, sleep, lubrication or a mesh: throws
-    //! sluice::Error. `peers` outlives it.
+    //! that steps then talks to the other processes. Not with periodic sides, sleep or a mesh: throws sluice::Error.
+    //! `peers` outlives it.
     void share_out(Peers& peers);
+    //! What partners do to all grains of the run from now on, in their order. Where grains are shared out all processes
+    //! call it, and process 0 says it.
+    void set_loads(std::vector<Load<D>> const& loads);
+    //! Where grains are shared out, and then by all: brings where all grains are and how they move into `all`, those of
+    //! whole(), on process 0.
+    void gather_motion(Grains<D>& all) const;
     //! The state of the whole run: its own, or where grains are shared out what Domain::gather() says; then all call
     //! it.
     State<D> whole() const;

@@ -187,6 +187,29 @@ TEST_CASE("ledger: closes for every way to see an edge, up to what is under way"
         }
 }
 
+TEST_CASE("ledger: samples say whether they vary within a window; one of those that do not closes the books")
+{
+    for (auto const& [edge, vary] : std::map<std::string, bool>{{"lag: 0", true},
+                                                                {"lag: 0, sample: hold", false},
+                                                                {"lag: 1", false},
+                                                                {"lag: 1, predict: linear", true},
+                                                                {"lag: 1, predict: linear, sample: hold", false}}) {
+        CAPTURE(edge);
+        auto const ran = run(edge, [&](sluice::Participant& self) {
+            self.config().finish();
+            for (sluice::Window const& window : self.windows()) {
+                auto load = self.read<sluice::Load>("a", window);
+                CHECK(load.vary() == vary);
+                double const early = load.at(window.begin + 0.25).force[0];
+                if (load.vary() && window.index > 0) CHECK(load.at(window.begin + 0.75).force[0] != early);
+                if (!load.vary() && window.index % 2 == 0) CHECK(load.at(window.begin + 0.75).force[0] == early);
+            }
+        });
+        for (auto const& error : ran.outcome.errors) CHECK(error == "");
+        CHECK(ran.summary.at("warnings").empty());
+    }
+}
+
 TEST_CASE("ledger: a load that is no longer read is named, and stops the run if the scene says so")
 {
     auto const warned = run("lag: 1", taker(1, 10));

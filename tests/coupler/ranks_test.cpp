@@ -111,3 +111,73 @@ couplings: [{{from: grains, to: water, data: kinematics}}, {{from: water, to: gr
             CHECK((shared > 0) == (n > 1));
         }
 }
+
+namespace {
+
+//! A process of a participant whose first one has all points; the others must get none.
+in_threads::Solve spokesman(int rank, bool tells, std::string const& takes, std::vector<std::size_t>& points)
+{
+    return [=, &points](sluice::Participant& self) {
+        self.config().finish();
+        if (rank > 0) self.covers({{1, 1, 1}, {-1, -1, -1}});
+        std::vector<std::int64_t> ids;
+        for (int i = 0; i < grains && rank == 0; ++i) ids.push_back(i);
+        std::vector<double> const two(2 * ids.size(), 1.0), one(ids.size(), 1.0);
+        auto const tell = [&] {
+            if (tells) self.write("water", sluice::Kinematics{ids, two, two, one, one});
+        };
+        tell();
+        for (sluice::Window const& window : self.windows()) {
+            auto samples = self.read("water", takes, window);
+            points[static_cast<std::size_t>(rank)] += samples.ids().size();
+            samples.columns(window.end);
+            tell();
+        }
+    };
+}
+
+//! One process that sends a point for each grain, from the initial state on.
+in_threads::Solve source(std::string const& data)
+{
+    return [=](sluice::Participant& self) {
+        self.config().finish();
+        std::vector<std::int64_t> ids;
+        for (int i = 0; i < grains; ++i) ids.push_back(i);
+        std::vector<double> const two(2 * ids.size(), 0.5), one(ids.size(), 2.0);
+        auto const tell = [&] {
+            if (data == "load")
+                self.write("grains", sluice::Load{ids, two, one});
+            else
+                self.write("grains", sluice::Kinematics{ids, two, two, one, one});
+        };
+        tell();
+        for ([[maybe_unused]] sluice::Window const& window : self.windows()) tell();
+    };
+}
+
+}  // namespace
+
+TEST_CASE("ranks: who covers nothing gets no points, with places or without, whether something goes back or not")
+{
+    for (std::string const data : {"load", "kinematics"})
+        for (bool const tells : {false, true}) {
+            CAPTURE(data);
+            CAPTURE(tells);
+            std::string const scene = fmt::format(R"(sluice: 1
+time: {{end: 10, window: 1}}
+ledger: {{on-violation: stop, tolerance: 1e-13}}
+participants: {{grains: {{command: none, ranks: 3}}, water: {{command: none}}}}
+couplings: [{}{{from: water, to: grains, data: {}, lag: 1}}]
+)",
+                                                  tells ? "{from: grains, to: water, data: kinematics}, " : "", data);
+            std::vector<std::size_t> points(3);
+            std::vector<std::pair<std::string, in_threads::Solve>> all;
+            for (int r = 0; r < 3; ++r)
+                all.emplace_back("grains:" + std::to_string(r), spokesman(r, tells, data, points));
+            all.emplace_back("water", source(data));
+            in_threads::Scratch scratch;
+            auto const outcome = in_threads::run(scene, all, scratch.path());
+            for (auto const& error : outcome.errors) CHECK(error == "");
+            CHECK(points == std::vector<std::size_t>{10 * grains, 0, 0});
+        }
+}

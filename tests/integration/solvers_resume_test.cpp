@@ -65,7 +65,7 @@ class Case
         finish(running, 0);
     }
 
-    //! Waits until the process that paces `run` fulfils `condition` about its status page.
+    //! Waits until the first process of `run` fulfils `condition` about its status page.
     template <class Condition>
     void wait_until(std::string const& run, Condition condition) const
     {
@@ -84,6 +84,17 @@ class Case
     void wait_for_checkpoint(std::string const& run, std::int64_t window) const
     {
         wait_until(run, [&](auto const& page) { return page->checkpoint >= window; });
+    }
+    //! The window of its newest checkpoint, as its first process last said.
+    std::int64_t checkpoint(std::string const& run) const
+    {
+        auto const file = sluice::status_file(out(run), solvers_[0].name);
+        return sluice::MappedStatus(file, sluice::MappedStatus::Mode::open)->checkpoint;
+    }
+    void kill(std::string const& run, std::string const& member) const
+    {
+        auto const file = sluice::status_file(out(run), member);
+        ::kill(sluice::MappedStatus(file, sluice::MappedStatus::Mode::open)->pid, SIGKILL);
     }
     void wait_for_window(std::string const& run, std::int64_t window) const
     {
@@ -154,6 +165,19 @@ Case immersed(std::string const& threads = "1", std::string const& more = "")
             {"time.end=0.002", "participants.grains.config.column.count=60", "participants.water.config.cell=2.0e-4",
              "participants.water.config.domain.size=[0.04, 0.02]", "participants.water.config.threads=" + threads,
              "output.interval=0.0005", "output.series=0.0001"},
+            more};
+}
+
+//! The same with two processes of the grains, started by the command; without sums over processes, whose rounding a
+//! checkpoint changes.
+Case shared(std::string const& more = "")
+{
+    return {"immersed_column.yaml",
+            {{"grains:0", ""}, {"grains:1", ""}, {"water", ""}},
+            {"time.end=0.004", "participants.grains.ranks=2", "participants.grains.config.column.count=60",
+             "participants.grains.config.measures=[run_out, contacts, centre, impulse]",
+             "participants.water.config.cell=2.0e-4", "participants.water.config.domain.size=[0.04, 0.02]",
+             "output.interval=0.0005", "output.series=0.0001", "checkpoint.windows=1"},
             more};
 }
 
@@ -344,4 +368,30 @@ TEST_CASE("immersed column: run by the command, stopped by SIGTERM and resumed b
     c.forget_checkpoints("whole");
     c.check_same("stopped", "whole");  // series.csv and the joint collection among them
     CHECK(std::filesystem::exists(c.out("stopped") / "series.csv"));
+}
+
+TEST_CASE("immersed column, grains of two processes: stopped or killed and resumed by the command, the same bits")
+{
+    for (std::string const more : {"", "implicit:\n  - {participants: [grains, water], tolerance: {load: 1.0e-4}}\n"}) {
+        CAPTURE(more);
+        Case const c = shared(more);
+        REQUIRE(c.launch("whole")->wait(patience).exit == 0);
+        c.forget_checkpoints("whole");  // they are of other windows
+        auto stopped = c.launch("cut");
+        c.wait_for_checkpoint("cut", 5);
+        stopped->signal(SIGTERM);
+        REQUIRE(stopped->wait(patience).exit == static_cast<int>(sluice::Exit::stopped));
+        for (std::string const victim : {"grains:1", "water", "grains:0"}) {
+            CAPTURE(victim);
+            auto const before = c.checkpoint("cut");
+            auto running = c.resume("cut");
+            c.wait_for_checkpoint("cut", before + 5);
+            c.kill("cut", victim);
+            auto const result = running->wait(patience);
+            CHECK_MESSAGE(result.exit == static_cast<int>(sluice::Exit::peer_died), result.output);
+        }
+        REQUIRE(c.resume("cut")->wait(patience).exit == 0);
+        c.forget_checkpoints("cut");
+        c.check_same("cut", "whole");
+    }
 }

@@ -235,7 +235,7 @@ class Participant:
         self._call("propose_window", ctypes.c_double(seconds), int(exact))
 
     def covers(self, low, high):
-        """The part of space that this process covers: two corners [m]."""
+        """The part of space that this process covers: two corners [m]. low above high in x: nothing, no points."""
         corner = ctypes.c_double * 3
         self._call("covers", corner(*low), corner(*high))
 

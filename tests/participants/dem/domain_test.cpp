@@ -6,64 +6,13 @@
 #include <set>
 
 #include "coupler/base/error.hpp"
+#include "tests/participants/dem/domain_runs.hpp"
 #include "tests/participants/dem/domain_scenes.hpp"
-#include "tests/participants/dem/thread_peers.hpp"
 
 //! Grains shared out among processes (threads here): the bits are those of one.
-using unit::collapse, unit::without_sums;
+using unit::alone, unit::collapse, unit::own_ids, unit::shared, unit::without_sums;
 
 namespace {
-
-//! What a shared run came to, and what happened on the way.
-template <int D>
-struct Ending
-{
-    dem::State<D> whole;
-    std::int64_t slab_moves = 0;
-    std::size_t migrated = 0;        //!< grains that another process has at the end than at the start
-    std::vector<std::size_t> owned;  //!< by process, at the end
-};
-
-template <int D>
-std::set<std::int64_t> own_ids(dem::Solver<D> const& solver)
-{
-    std::set<std::int64_t> ids;
-    for (std::size_t i = 0; i < solver.grains().size(); ++i)
-        if (!solver.grains().is_ghost(i)) ids.insert(solver.grains().id[i]);
-    return ids;
-}
-
-//! `steps` steps by `processes` from where a run of one process stands.
-template <int D>
-Ending<D> shared(dem::Solver<D> const& from, int processes, int steps, double dt)
-{
-    Ending<D> ending;
-    ending.owned.resize(static_cast<std::size_t>(processes));
-    unit::on_processes(processes, [&](dem::Peers& peers) {
-        dem::Solver<D> solver = peers.rank() == 0 ? from : dem::Solver<D>(from.setup(), {});
-        solver.share_out(peers);
-        auto const before = own_ids(solver);
-        for (int n = 0; n < steps; ++n) solver.step(dt);
-        auto whole = solver.whole();
-        auto const after = own_ids(solver);
-        std::int64_t came = 0;
-        for (auto const id : after) came += !before.contains(id);
-        came = dem::sums(peers, {came})[0];
-        ending.owned[static_cast<std::size_t>(peers.rank())] = after.size();
-        if (peers.rank() != 0) return;
-        ending.migrated = static_cast<std::size_t>(came);
-        ending.whole = std::move(whole);
-        ending.slab_moves = solver.domain()->moves();
-    });
-    return ending;
-}
-
-template <int D>
-dem::State<D> alone(dem::Solver<D> solver, int steps, double dt)
-{
-    for (int n = 0; n < steps; ++n) solver.step(dt);
-    return solver.state();
-}
 
 template <int D>
 dem::Vec<D> momentum(dem::Grains<D> const& g)
@@ -287,9 +236,6 @@ TEST_CASE("domain: what ends a run of one process ends one of many, in the same 
     dem::Setup<2> other = s;
     other.sleep = {.speed = 1e-5, .time = 1e-3};
     refused(other, "that may sleep");
-    other = s;
-    other.lubrication = {.viscosity = 1e-3, .cutoff = 1e-4, .floor = 1e-2};
-    refused(other, "with lubrication");
 }
 
 TEST_CASE("slabs: as many centres in each, across the longest axis, also where some lie in layers")
