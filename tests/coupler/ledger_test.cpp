@@ -187,7 +187,7 @@ TEST_CASE("ledger: closes for every way to see an edge, up to what is under way"
         }
 }
 
-TEST_CASE("ledger: samples say whether they vary within a window; one of those that do not closes the books")
+TEST_CASE("ledger: samples say whether they vary within a window, and one of those that do not closes the books")
 {
     for (auto const& [edge, vary] : std::map<std::string, bool>{{"lag: 0", true},
                                                                 {"lag: 0, sample: hold", false},

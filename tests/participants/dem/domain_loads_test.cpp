@@ -172,7 +172,7 @@ TEST_CASE("domain: films of fluid are the same to the last bit on several proces
     CHECK(without_sums(shared(spheres, 3, 3000, 1e-5).whole) == without_sums(alone(spheres, 3000, 1e-5)));
 }
 
-TEST_CASE("partner loads: sums by id; a grain that is not there is refused")
+TEST_CASE("partner loads: sums by id, and a grain that is not there is refused")
 {
     for (std::int64_t const far : {12, 1'000'000}) {  // ids close together and far apart: a table, a map
         dem::PartnerLoads<2> loads({far, 4, 7});
