@@ -25,17 +25,19 @@ void add_pair_forces(Setup<D> const& setup, State<D>& state, double dt, [[maybe_
                         : add_packed_pair_forces<F>(setup, state, dt);
     }
     ContactLaw const law = setup.law;
-    Books all, books;
-    [[maybe_unused]] Books theirs;  // of pairs whose first grain is another process's, which books them
-    for (std::size_t i = 0; i < state.grains.size(); ++i) {
-        Books* to = &books;
-        if constexpr (F.ledger) to = state.grains.is_ghost(i) ? &theirs : &books;
-        for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
-            add_pair<F>(law, state, i, slot, dt, *to);
-            if (F.ledger && (slot + 1) % pairs_booked == 0) all.add(std::exchange(books, {}));
+    Sink<D> const sink{state, state.pushes, state.seams};
+    std::size_t const grains = state.grains.size();
+    Books all;
+    for (std::size_t begin = 0; begin < grains; begin += grains_booked) {
+        Books books;
+        [[maybe_unused]] Books theirs;  // of pairs whose first grain is another process's, which books them
+        for (std::size_t i = begin; i < std::min(grains, begin + grains_booked); ++i) {
+            Books& to = F.ledger && state.grains.is_ghost(i) ? theirs : books;
+            for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot)
+                add_pair<F>(law, sink, i, slot, dt, to);
         }
+        all.add(books);
     }
-    all.add(books);
     if constexpr (F.ledger) all.add_to(state.booked);
 }
 
@@ -98,7 +100,7 @@ void add_wall_forces(AnyShape const& shape, Setup<D> const& setup, State<D>& sta
         if constexpr (F.ledger) {
             LossyLoad<D> const load = lossy_load<F>(c, f.lossy);
             add<F>(state.lossy, i, load, 1.0, load.on_i);
-            add(lossy, load);
+            add(lossy, lossy_forces(load));
         }
     }
     if constexpr (F.ledger) {
@@ -109,15 +111,25 @@ void add_wall_forces(AnyShape const& shape, Setup<D> const& setup, State<D>& sta
     if constexpr (F.ledger) state.lossy.wall[w] = lossy;
 }
 
+//! What goes through the sides of the cell.
+template <Features F, int D>
+void sum_up_seams(State<D>& state) noexcept
+{
+    for (Image<D>& image : state.cell.images) image.through = {};
+    for (SeamLoad<D> const& load : state.seams) {
+        state.cell.images[load.image].through += load.force;
+        if constexpr (F.ledger) add(state.lossy.image[load.image], load.lossy);
+    }
+    state.seams.clear();
+    gather_pull(state.cell);
+}
+
 template <Features F, int D>
 void evaluate_contacts(Setup<D> const& setup, State<D>& state, double dt, sluice::Team* team) noexcept
 {
-    std::fill(state.grains.contact.begin(), state.grains.contact.end(), Load<D>{});
     if constexpr (F.ledger) clear<F>(state.lossy, setup, state.grains.size());
-    if constexpr (F.periodic)
-        for (Image<D>& image : state.cell.images) image.through = {};
     add_pair_forces<F>(setup, state, dt, team);
-    if constexpr (F.periodic) gather_pull(state.cell);
+    if constexpr (F.periodic) sum_up_seams<F>(state);
     for (std::size_t w = 0; w < setup.walls.size(); ++w)
         std::visit([&](auto const& shape) { add_wall_forces<F>(shape, setup, state, w, dt); }, setup.walls[w].shape);
     for (Push<D> const& push : state.pushes) {

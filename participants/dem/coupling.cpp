@@ -64,8 +64,9 @@ Vec<D> advance(Solver<D>& solver, double step, sluice::Window const& window, Par
             solver.set_loads(loads.on_grains());
         }
         impulse += dt * loads.force();
-        solver.step(dt);
+        if (vary) solver.step(dt);
     }
+    if (!vary) solver.steps(dt, steps);
     return impulse;
 }
 

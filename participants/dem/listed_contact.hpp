@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <optional>
+#include <vector>
 
 #include "participants/dem/contact.hpp"
 #include "participants/dem/lossy_loads.hpp"
@@ -93,8 +96,15 @@ struct PairLoad
     LossyLoad<D> lossy = {};  //!< with the ledger
 };
 
-//! So many listed pairs are booked together, so that books add up in one order whoever computes them.
-constexpr std::size_t pairs_booked = 512;
+//! Where the loads of pairs go.
+template <int D>
+struct Sink
+{
+    State<D>& state;
+    std::vector<Push<D>>& pushes;
+    std::vector<SeamLoad<D>>& seams;
+    std::uint32_t end = std::numeric_limits<std::uint32_t>::max();  //!< from here on grains get theirs from elsewhere
+};
 
 //! The images of the cell; not looked at unless the scene is periodic.
 template <int D>
@@ -174,26 +184,25 @@ std::optional<PairLoad<D>> load_of_pair(ContactLaw const& law, Grains<D> const& 
 
 //! The same, added to the grains.
 template <Features F, int D>
-void add_pair(ContactLaw const& law, State<D>& state, std::size_t i, std::size_t slot, double dt, Books& books) noexcept
+void add_pair(ContactLaw const& law, Sink<D> const& to, std::size_t i, std::size_t slot, double dt,
+              Books& books) noexcept
 {
+    State<D>& state = to.state;
     Grains<D>& g = state.grains;
     std::size_t const j = state.pairs.other[slot];
-    auto const found = load_of_pair<F>(law, g, state.pairs, state.cell.images, i, slot, dt, books, state.pushes);
+    auto const found = load_of_pair<F>(law, g, state.pairs, state.cell.images, i, slot, dt, books, to.pushes);
     if (!found) return;
     PairLoad<D> const& load = *found;
     g.contact[i].force += load.force;
+    if constexpr (F.friction) g.contact[i].torque = g.contact[i].torque + load.on_i;
+    if constexpr (F.ledger) add<F>(state.lossy, i, load.lossy, 1.0, load.lossy.on_i);
+    if constexpr (F.periodic)
+        if (std::uint32_t const image = state.pairs.image[slot]; image != home<D>)
+            to.seams.push_back({image, load.force, lossy_forces(load.lossy)});
+    if (j >= to.end) return;
     g.contact[j].force -= load.force;
-    if constexpr (F.periodic) state.cell.images[state.pairs.image[slot]].through += load.force;
-    if constexpr (F.friction) {
-        g.contact[i].torque = g.contact[i].torque + load.on_i;
-        g.contact[j].torque = g.contact[j].torque + load.on_j;
-    }
-    if constexpr (F.ledger) {
-        add<F>(state.lossy, i, load.lossy, 1.0, load.lossy.on_i);
-        add<F>(state.lossy, j, load.lossy, -1.0, load.lossy.on_j);
-        if constexpr (F.periodic)
-            if (state.pairs.image[slot] != home<D>) add(state.lossy.image[state.pairs.image[slot]], load.lossy);
-    }
+    if constexpr (F.friction) g.contact[j].torque = g.contact[j].torque + load.on_j;
+    if constexpr (F.ledger) add<F>(state.lossy, j, load.lossy, -1.0, load.lossy.on_j);
 }
 
 }  // namespace dem

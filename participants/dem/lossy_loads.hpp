@@ -58,12 +58,20 @@ void add(LossyLoads<D>& loads, std::size_t grain, LossyLoad<D> const& load, doub
     }
 }
 
-//! Adds them to the sums of a wall or an image.
+//! Their forces, for the sums of a wall or an image.
 template <int D>
-void add(LossyForces<D>& sum, LossyLoad<D> const& load) noexcept
+LossyForces<D> lossy_forces(LossyLoad<D> const& load) noexcept
 {
-    sum.normal += load.normal;
-    (load.slides ? sum.sliding : sum.tangential) += load.tangential;
+    LossyForces<D> forces{load.normal, {}, {}};
+    (load.slides ? forces.sliding : forces.tangential) = load.tangential;
+    return forces;
+}
+template <int D>
+void add(LossyForces<D>& sum, LossyForces<D> const& more) noexcept
+{
+    sum.normal += more.normal;
+    sum.tangential += more.tangential;
+    sum.sliding += more.sliding;
 }
 
 }  // namespace dem

@@ -152,16 +152,28 @@ void copy_entry(History<D> const& from, std::size_t a, History<D>& to, std::size
     each_array(from, to, [&](auto const& had, auto& has) { has[b] = had[a]; });
 }
 
-//! For each grain the slots in which it is the other.
+//! Cuts the grains into ranges of about as many pairs each, between groups that are booked together.
 template <int D>
-void transpose(Pairs<D>& pairs, std::size_t grains)
+void cut(Pairs<D>& pairs, std::size_t grains, std::size_t count)
 {
-    pairs.below_first.assign(grains + 1, 0);
-    pairs.below.resize(pairs.other.size());
-    for (std::uint32_t const j : pairs.other) ++pairs.below_first[j + 1];
-    for (std::size_t i = 0; i < grains; ++i) pairs.below_first[i + 1] += pairs.below_first[i];
-    std::vector<std::uint32_t> next(pairs.below_first.begin(), pairs.below_first.end() - 1);
-    for (std::uint32_t slot = 0; slot < pairs.other.size(); ++slot) pairs.below[next[pairs.other[slot]]++] = slot;
+    pairs.ranges.clear();
+    auto const limit = [&](std::size_t k) {
+        if (k == count) return static_cast<std::uint32_t>(grains);
+        auto const share = static_cast<std::uint32_t>(pairs.other.size() * k / count);
+        auto const at = std::lower_bound(pairs.first.begin(), pairs.first.end() - 1, share) - pairs.first.begin();
+        return static_cast<std::uint32_t>(
+            std::min(grains, (static_cast<std::size_t>(at) + grains_booked / 2) / grains_booked * grains_booked));
+    };
+    std::vector<std::uint32_t> range_of(grains);
+    for (std::size_t k = 0; k < count; ++k) {
+        std::uint32_t const begin = limit(k), end = limit(k + 1);
+        if (begin == end) continue;
+        std::fill(range_of.begin() + begin, range_of.begin() + end, static_cast<std::uint32_t>(pairs.ranges.size()));
+        pairs.ranges.push_back({begin, end, {}});
+    }
+    for (std::uint32_t slot = 0; slot < pairs.other.size(); ++slot)
+        if (std::uint32_t const to = range_of[pairs.other[slot]]; to != range_of[pairs.owner[slot]])
+            pairs.ranges[to].reaches.push_back(slot);
 }
 
 //! A grain that has come so far into another would pass through it, and nothing would show (sweep D10).
@@ -290,10 +302,7 @@ void derive_from_list(Setup<D> const& setup, Pairs<D>& pairs, std::size_t grains
         std::fill(pairs.owner.begin() + pairs.first[i], pairs.owner.begin() + pairs.first[i + 1],
                   static_cast<std::uint32_t>(i));
     pairs.touched.assign(pairs.other.size(), 1);
-    if (setup.threads > 1) transpose(pairs, grains);
-    pairs.seam.clear();
-    for (std::uint32_t slot = 0; slot < pairs.image.size(); ++slot)
-        if (pairs.image[slot] != home<D>) pairs.seam.push_back(slot);
+    if (setup.threads > 1) cut(pairs, grains, static_cast<std::size_t>(setup.threads));
 }
 template <int D>
 void set_sqrt_masses(Setup<D> const& setup, Grains<D> const& g, Pairs<D>& pairs)

@@ -45,8 +45,7 @@ inline PackVec carried(PackVec tangent, PackVec normal, Pack twist) noexcept
 }
 
 //! A block of touching pairs between the passes: short loops whose turns do not wait for one another.
-constexpr std::size_t sieve_block =
-    pairs_booked;  //!< listed pairs at a time: what they leave between passes fits the cache
+constexpr std::size_t sieve_block = 512;  //!< listed pairs at a time: what they leave between passes fits the cache
 constexpr std::size_t most_fours = sieve_block / 4 + 1;
 
 struct FourPlaces
@@ -238,22 +237,35 @@ struct RowForces
     store(row + of_spin, load(row + of_spin) + torque);
 }
 
-//! Forces on i, the opposite ones on j.
+//! Forces on i, the opposite ones on j; what is not elastic of them; what springs lost, to the books.
 template <Features F>
-inline void add(FourForces const& f, FourPairs const& p, State<3>& state) noexcept
+inline void add(FourForces const& f, FourLosses<F.ledger> const& lost, FourPairs const& p, Sink<3> const& to,
+                Books& books) noexcept
 {
-    Grains<3>& g = state.grains;
+    Grains<3>& g = to.state.grains;
+    LossyLoads<3>& lossy = to.state.lossy;
     RowForces const r = rows(f);
     for (std::size_t k = 0; k < 4; ++k) {
-        if constexpr (F.periodic) {
-            auto* const through = reinterpret_cast<double*>(&state.cell.images[state.pairs.image[p.slot[k]]].through);
-            store(through, load(through) + r.force[k]);
-        }
         add(g.contact[p.i[k]], r.force[k], r.on_i[k]);
-        auto* const to_j = reinterpret_cast<double*>(&g.contact[p.j[k]]);
-        store(to_j, load(to_j) - r.force[k]);
-        store(to_j + of_spin, load(to_j + of_spin) + r.on_j[k]);
+        if (p.j[k] < to.end) add(g.contact[p.j[k]], -r.force[k], r.on_j[k]);
     }
+    [[maybe_unused]] std::array<LossyRow, F.ledger ? 4 : 0> row;
+    [[maybe_unused]] bool const tangential = !lossy.tangential.empty();
+    if constexpr (F.ledger) {
+        row = rows<F>(lost, tangential);
+        for (std::size_t k = 0; k < 4; ++k) {
+            add<F>(lossy, p.i[k], row[k], all(1.0), row[k].on_i);
+            if (p.j[k] < to.end) add<F>(lossy, p.j[k], row[k], all(-1.0), row[k].on_j);
+        }
+        book<F>(lost, ours(g, p.i), books);
+    }
+    if constexpr (F.periodic)
+        for (std::size_t k = 0; k < 4; ++k) {
+            std::uint32_t const image = to.state.pairs.image[p.slot[k]];
+            if (image == home<3>) continue;
+            to.seams.push_back({image, {r.force[k][0], r.force[k][1], r.force[k][2]}, {}});
+            if constexpr (F.ledger) to.seams.back().lossy = lossy_forces(row[k], tangential);
+        }
 }
 
 //! The listed pairs from `begin` to `end` that touch, appended to `touching` from `waiting` on; the history of those
@@ -332,42 +344,49 @@ void pass(ContactLaw const& law, Grains<3> const& g, Pairs<3>& pairs, Images<3> 
     }
 }
 
+//! The pairs of grains from `begin` to `end`. `booked(group, books)` is called for each group of grains that is booked
+//! together, of which `begin` begins one; with the ledger only.
+template <Features F, class OnBooks>
+void add_pairs_of(ContactLaw const& law, std::size_t begin, std::size_t end, double dt, Sink<3> const& to,
+                  OnBooks&& booked) noexcept
+{
+    Grains<3>& g = to.state.grains;
+    Pairs<3>& pairs = to.state.pairs;
+    auto const& images = to.state.cell.images;
+    std::array<std::uint32_t, sieve_block + 8> touching;
+    Books books;
+    [[maybe_unused]] Books theirs;  // of pairs whose first grain is another process's, which books them
+    auto const one = [&](std::uint32_t slot) {
+        std::uint32_t const i = pairs.owner[slot];
+        add_pair<F>(law, to, i, slot, dt, F.ledger && g.is_ghost(i) ? theirs : books);
+    };
+    auto const four = [&](FourForces const& forces, FourLosses<F.ledger> const& lost, FourPairs const& p) {
+        add<F>(forces, lost, p, to, books);
+    };
+    std::size_t const together = F.ledger ? grains_booked : end - begin;
+    for (; begin < end; begin += together) {
+        std::size_t waiting = 0;  // at the front of `touching`
+        std::size_t const last = pairs.first[std::min(end, begin + together)];
+        for (std::size_t slot = pairs.first[begin]; slot < last; slot += sieve_block) {
+            waiting = sieve<F>(g, pairs, images, slot, std::min(last, slot + sieve_block), touching.data(), waiting);
+            std::size_t const fours = waiting / 4;
+            pass<F>(law, g, pairs, images, touching.data(), fours, dt, four, one);
+            std::copy(touching.begin() + static_cast<std::ptrdiff_t>(4 * fours),
+                      touching.begin() + static_cast<std::ptrdiff_t>(waiting), touching.begin());
+            waiting -= 4 * fours;
+        }
+        for (std::size_t k = 0; k < waiting; ++k) one(touching[k]);
+        if constexpr (F.ledger) booked(begin / grains_booked, std::exchange(books, {}));
+    }
+}
+
 //! All listed pairs.
 template <Features F>
 void add_packed_pair_forces(Setup<3> const& setup, State<3>& state, double dt) noexcept
 {
-    ContactLaw const law = setup.law;
-    Pairs<3>& pairs = state.pairs;
-    std::array<std::uint32_t, sieve_block + 8> touching;
-    std::size_t waiting = 0;  // at the front of `touching`
-    Books all, books;
-    [[maybe_unused]] Books theirs;  // of pairs whose first grain is another process's, which books them
-    auto const one = [&](std::uint32_t slot) {
-        std::uint32_t const i = pairs.owner[slot];
-        add_pair<F>(law, state, i, slot, dt, F.ledger && state.grains.is_ghost(i) ? theirs : books);
-    };
-    auto const rest = [&] {
-        for (std::size_t k = 0; k < waiting; ++k) one(touching[k]);
-        all.add(std::exchange(books, {}));
-        waiting = 0;
-    };
-    for (std::size_t begin = 0; begin < pairs.other.size(); begin += sieve_block) {
-        waiting = sieve<F>(state.grains, pairs, state.cell.images, begin,
-                           std::min(pairs.other.size(), begin + sieve_block), touching.data(), waiting);
-        std::size_t const count = waiting / 4;
-        pass<F>(
-            law, state.grains, pairs, state.cell.images, touching.data(), count, dt,
-            [&](FourForces const& forces, FourLosses<F.ledger> const& lost, FourPairs const& p) {
-                add<F>(forces, p, state);
-                add<F>(lost, p, state, books);
-            },
-            one);
-        std::copy(touching.begin() + static_cast<std::ptrdiff_t>(4 * count),
-                  touching.begin() + static_cast<std::ptrdiff_t>(waiting), touching.begin());
-        waiting -= 4 * count;
-        if constexpr (F.ledger) rest();
-    }
-    rest();
+    Books all;
+    add_pairs_of<F>(setup.law, 0, state.grains.size(), dt, {state, state.pushes, state.seams},
+                    [&](std::size_t, Books const& books) { all.add(books); });
     if constexpr (F.ledger) all.add_to(state.booked);
 }
 

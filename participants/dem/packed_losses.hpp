@@ -78,11 +78,12 @@ template <Features F>
         to(kind, of_spin, torque);
     }
 }
-inline void add(LossyForces<3>& sum, LossyRow const& row, bool tangential) noexcept
+inline LossyForces<3> lossy_forces(LossyRow const& row, bool tangential) noexcept
 {
     auto const vector = [](Pack p) { return Vec3{p[0], p[1], p[2]}; };
-    sum.normal += vector(row.normal);
-    if (tangential) (row.slides ? sum.sliding : sum.tangential) += vector(row.tangential);
+    LossyForces<3> forces{vector(row.normal), {}, {}};
+    if (tangential) (row.slides ? forces.sliding : forces.tangential) = vector(row.tangential);
+    return forces;
 }
 
 //! Bit k: the grain is no ghost.
@@ -91,24 +92,6 @@ inline unsigned ours(Grains<3> const& g, Four const& grain) noexcept
     unsigned all = 0;
     for (unsigned k = 0; k < 4; ++k) all |= (g.is_ghost(grain[k]) ? 0U : 1U) << k;
     return all;
-}
-
-//! What is not elastic of four pairs, to their grains and images; what their springs lost, to the books.
-template <Features F>
-inline void add(FourLosses<F.ledger> const& lost, FourPairs const& p, State<3>& state, Books& books) noexcept
-{
-    if constexpr (F.ledger) {
-        bool const tangential = !state.lossy.tangential.empty();
-        auto const row = rows<F>(lost, tangential);
-        for (std::size_t k = 0; k < 4; ++k) {
-            add<F>(state.lossy, p.i[k], row[k], all(1.0), row[k].on_i);
-            add<F>(state.lossy, p.j[k], row[k], all(-1.0), row[k].on_j);
-            if constexpr (F.periodic)
-                if (state.pairs.image[p.slot[k]] != home<3>)
-                    add(state.lossy.image[state.pairs.image[p.slot[k]]], row[k], tangential);
-        }
-        book<F>(lost, ours(state.grains, p.i), books);
-    }
 }
 
 }  // namespace dem

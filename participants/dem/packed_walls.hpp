@@ -35,8 +35,11 @@ std::size_t add_packed_wall_forces(Plane<3> const& plane, Setup<3> const& setup,
         at.normal = n;
         at.overlap = radius - dot((place.vector - shift) - point, n);
         unsigned const touches = bits(at.overlap > all(0.0));
-        if (touches == 0 && !F.ledger) {
+        auto const forget_all = [&] {
             for (std::size_t k = 0; k < 4; ++k) remember<F>(contacts.history, slot[k], Memory<3>{});
+        };
+        if (touches == 0 && !F.ledger) {
+            forget_all();
             continue;
         }
         at.arm_i = F.scheme == Scheme::liggghts ? radius - all(0.5) * at.overlap : radius;
@@ -54,6 +57,10 @@ std::size_t add_packed_wall_forces(Plane<3> const& plane, Setup<3> const& setup,
         if constexpr (F.ledger)
             if ((bits(at.overlap - all(dt) * m.half_closing > all(0.0)) & ~touches) != 0) [[unlikely]]
                 return begin;  // some have opened
+        if (touches == 0) {
+            forget_all();
+            continue;
+        }
         Pack const sqrt_mass =
             setup.absolute_damping ? all(1.0) : root(Pack{g.mass[i[0]], g.mass[i[1]], g.mass[i[2]], g.mass[i[3]]});
         FourLosses<F.ledger> lost;
@@ -73,7 +80,7 @@ std::size_t add_packed_wall_forces(Plane<3> const& plane, Setup<3> const& setup,
             for (std::size_t k = 0; k < 4; ++k) {
                 if (!(touches >> k & 1u)) continue;
                 add<F>(state.lossy, i[k], row[k], all(1.0), row[k].on_i);
-                add(sums.lossy, row[k], tangential);
+                add(sums.lossy, lossy_forces(row[k], tangential));
             }
             book<F>(lost, touches, sums.books);
         }

@@ -1,125 +1,108 @@
 #pragma once
 
+#include <numeric>
+
 #include "coupler/base/team.hpp"
 #include "participants/dem/packed_contacts.hpp"
 
-//! The pairs of spheres by several threads: first every touching pair's load is computed and kept, in blocks of the
-//! list; then every grain gathers its own. A grain adds the pairs in which it is the other, ascending, then those that
-//! it owns: this is the order in which one thread adds them as it goes through the list, so that no number of threads
-//! changes a bit. What is kept costs about a fifth of the time of one thread.
+//! The pairs of spheres by several threads, each with a range of grains and the pairs that these own. What pairs of
+//! earlier ranges do to its grains a thread computes itself, before the others begin to change histories: such pairs
+//! are computed twice, on either side. A grain so adds up the pairs in which it is the other, ascending, then those
+//! that it owns: the order in which one thread adds them as it goes through the list, so that no number of threads
+//! changes a bit.
 namespace dem {
 
-//! The load of one slot, as rows of 32 bytes.
-struct alignas(32) KeptLoad
+//! What a range makes besides the loads of its grains; kept from step to step.
+struct RangeWork
 {
-    Pack force, on_i, on_j;
+    Pairs<3> reaching;  //!< a block of pairs of earlier ranges that touch
+    std::vector<Push<3>> pushes, theirs;
+    std::vector<SeamLoad<3>> seams;
 };
 
-inline void keep(FourForces const& f, FourPairs const& p, KeptLoad* kept) noexcept
+//! Adds what pairs of earlier ranges do to the grains of one. Changes nothing else.
+template <Features F>
+void add_reaching_pairs(ContactLaw const& law, Range const& range, State<3>& state, double dt, RangeWork& work) noexcept
 {
-    RowForces const r = rows(f);
-    for (std::size_t k = 0; k < 4; ++k) kept[p.slot[k]] = {r.force[k], r.on_i[k], r.on_j[k]};
+    Grains<3>& g = state.grains;
+    Pairs<3> const& pairs = state.pairs;
+    Images<3> const& images = state.cell.images;
+    Pairs<3>& block = work.reaching;
+    Books theirs;
+    auto const one = [&](std::uint32_t k) {
+        work.theirs.clear();
+        std::uint32_t const j = block.other[k];
+        auto const load = load_of_pair<F>(law, g, block, images, block.owner[k], k, dt, theirs, work.theirs);
+        if (!load) return;
+        g.contact[j].force -= load->force;
+        g.contact[j].torque = g.contact[j].torque + load->on_j;
+        if constexpr (F.ledger) add<F>(state.lossy, j, load->lossy, -1.0, load->lossy.on_j);
+    };
+    auto const four = [&](FourForces const& forces, [[maybe_unused]] FourLosses<F.ledger> const& lost,
+                          FourPairs const& p) {
+        RowForces const r = rows(forces);
+        for (std::size_t k = 0; k < 4; ++k) add(g.contact[p.j[k]], -r.force[k], r.on_j[k]);
+        if constexpr (F.ledger) {
+            auto const row = rows<F>(lost, !state.lossy.tangential.empty());
+            for (std::size_t k = 0; k < 4; ++k) add<F>(state.lossy, p.j[k], row[k], all(-1.0), row[k].on_j);
+        }
+    };
+    std::array<std::uint32_t, sieve_block> numbers;
+    std::iota(numbers.begin(), numbers.end(), 0U);
+    std::uint32_t count = 0;
+    auto const do_block = [&] {
+        pass<F>(law, g, block, images, numbers.data(), count / 4, dt, four, one);
+        for (std::uint32_t k = count / 4 * 4; k < count; ++k) one(k);
+        count = 0;
+    };
+    for (std::vector<std::uint32_t>* v : {&block.owner, &block.other, &block.image}) v->resize(sieve_block);
+    block.sqrt_mass.resize(sieve_block);
+    each_array(pairs.history, block.history, [](auto const&, auto& to) { to.resize(sieve_block); });
+    for (std::uint32_t const slot : range.reaches) {
+        std::uint32_t const i = pairs.owner[slot], j = pairs.other[slot];
+        Vec3 const apart = g.place[i].centre - centre_seen<F>(g.place[j].centre, pairs, slot, images);
+        double const reach = g.place[i].radius + g.place[j].radius;
+        if (!(dot(apart, apart) < reach * reach)) continue;
+        block.owner[count] = i;
+        block.other[count] = j;
+        if constexpr (F.periodic) block.image[count] = pairs.image[slot];
+        block.sqrt_mass[count] = pairs.sqrt_mass[slot];
+        each_array(pairs.history, block.history, [&](auto const& from, auto& to) { to[count] = from[slot]; });
+        if (++count == sieve_block) do_block();
+    }
+    do_block();
 }
-
-inline Pack row_of(Vec3 v) noexcept
-{
-    return Pack{v.x, v.y, v.z, 0.0};
-}
-inline LossyRow row_of(LossyLoad<3> const& l) noexcept
-{
-    return {row_of(l.normal), row_of(l.tangential), row_of(l.on_i), row_of(l.on_j), row_of(l.rolling), l.slides};
-}
-
-//! What the threads write between the two loops; kept from step to step.
-struct Workspace
-{
-    std::vector<KeptLoad> kept;                //!< one a slot
-    std::vector<LossyRow> lossy;               //!< one a slot, with the ledger
-    std::vector<std::vector<Push<3>>> pushes;  //!< of each block
-    std::vector<Books> books;                  //!< of each block
-};
 
 template <Features F>
 void add_shared_pair_forces(Setup<3> const& setup, State<3>& state, double dt, sluice::Team& team) noexcept
 {
-    static thread_local Workspace work;  // of the thread that steps: solvers that take turns share it
-    ContactLaw const law = setup.law;
-    Grains<3>& g = state.grains;
-    Pairs<3>& pairs = state.pairs;
-    Images<3> const& images = state.cell.images;
-    std::size_t const slots = pairs.other.size(), blocks = (slots + sieve_block - 1) / sieve_block;
-    if (work.kept.size() < slots) work.kept.resize(slots);
-    if (work.pushes.size() < blocks) work.pushes.resize(blocks);
-    if (F.ledger && work.lossy.size() < slots) work.lossy.resize(slots);
-    work.books.assign(blocks, {});
-    KeptLoad* const kept = work.kept.data();
-    std::vector<Push<3>>* const pushes = work.pushes.data();
-    Books* const books = work.books.data();
-    LossyRow* const lossy = work.lossy.data();
-    bool const tangential = !state.lossy.tangential.empty();
-    auto const by_threads = [&, kept, pushes, books, lossy](std::ptrdiff_t from, std::ptrdiff_t to) {
-        std::array<std::uint32_t, sieve_block + 8> touching;
-        [[maybe_unused]] Books theirs;
-        for (auto block = static_cast<std::size_t>(from); block < static_cast<std::size_t>(to); ++block) {
-            pushes[block].clear();
-            auto const one = [&](std::uint32_t slot) {
-                std::uint32_t const i = pairs.owner[slot];
-                Books& book = F.ledger && g.is_ghost(i) ? theirs : books[block];
-                auto const load = load_of_pair<F>(law, g, pairs, images, i, slot, dt, book, pushes[block]);
-                if (!load) return;
-                kept[slot] = {row_of(load->force), row_of(load->on_i), row_of(load->on_j)};
-                if constexpr (F.ledger) lossy[slot] = row_of(load->lossy);
-            };
-            auto const four = [&](FourForces const& forces, [[maybe_unused]] FourLosses<F.ledger> const& lost,
-                                  FourPairs const& p) {
-                keep(forces, p, kept);
-                if constexpr (F.ledger) {
-                    auto const row = rows<F>(lost, tangential);
-                    for (std::size_t k = 0; k < 4; ++k) lossy[p.slot[k]] = row[k];
-                    book<F>(lost, ours(g, p.i), books[block]);
-                }
-            };
-            std::size_t const begin = block * sieve_block, end = std::min(slots, begin + sieve_block);
-            std::size_t const count = sieve<F>(g, pairs, images, begin, end, touching.data(), 0);
-            pass<F>(law, g, pairs, images, touching.data(), count / 4, dt, four, one);
-            for (std::size_t k = count / 4 * 4; k < count; ++k) one(touching[k]);
-        }
+    static thread_local std::vector<RangeWork> of_ranges;  // of the thread that steps: solvers that take turns share it
+    static thread_local std::vector<Books> of_groups;
+    std::vector<Range> const& ranges = state.pairs.ranges;
+    if (of_ranges.size() < ranges.size()) of_ranges.resize(ranges.size());
+    if constexpr (F.ledger) of_groups.assign((state.grains.size() + grains_booked - 1) / grains_booked, {});
+    RangeWork* const work = of_ranges.data();
+    Books* const books = of_groups.data();
+    auto const each = [&](auto const& body) {
+        team.share(static_cast<std::ptrdiff_t>(ranges.size()), 1, [&](std::ptrdiff_t from, std::ptrdiff_t to) {
+            for (auto r = static_cast<std::size_t>(from); r < static_cast<std::size_t>(to); ++r)
+                body(ranges[r], work[r]);
+        });
     };
-    team.share(static_cast<std::ptrdiff_t>(blocks), 1, by_threads);
-    constexpr std::ptrdiff_t chunk = 256;  // grains at a time
-    team.share(static_cast<std::ptrdiff_t>(g.size()), chunk, [&, kept, lossy](std::ptrdiff_t from, std::ptrdiff_t to) {
-        for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
-            Pack force{}, torque{};
-            for (std::uint32_t k = pairs.below_first[i]; k < pairs.below_first[i + 1]; ++k) {
-                std::uint32_t const slot = pairs.below[k];
-                if (!pairs.touched[slot]) continue;
-                force = force - kept[slot].force;
-                torque = torque + kept[slot].on_j;
-                if constexpr (F.ledger) add<F>(state.lossy, i, lossy[slot], all(-1.0), lossy[slot].on_j);
-            }
-            for (std::uint32_t slot = pairs.first[i]; slot < pairs.first[i + 1]; ++slot) {
-                if (!pairs.touched[slot]) continue;
-                force = force + kept[slot].force;
-                torque = torque + kept[slot].on_i;
-                if constexpr (F.ledger) add<F>(state.lossy, i, lossy[slot], all(1.0), lossy[slot].on_i);
-            }
-            auto* const to_i = reinterpret_cast<double*>(&g.contact[i]);
-            store(to_i, force);
-            store(to_i + of_spin, torque);
-        }
+    each([&](Range const& range, RangeWork& its) { add_reaching_pairs<F>(setup.law, range, state, dt, its); });
+    each([&, books](Range const& range, RangeWork& its) {
+        its.pushes.clear();
+        its.seams.clear();
+        add_pairs_of<F>(setup.law, range.begin, range.end, dt, {state, its.pushes, its.seams, range.end},
+                        [&](std::size_t group, Books const& sum) { books[group] = sum; });
     });
-    if constexpr (F.periodic)  // few, and in the order in which one thread comes to them
-        for (std::uint32_t const slot : pairs.seam)
-            if (pairs.touched[slot]) {
-                auto* const through = reinterpret_cast<double*>(&state.cell.images[pairs.image[slot]].through);
-                store(through, load(through) + kept[slot].force);
-                if constexpr (F.ledger) add(state.lossy.image[pairs.image[slot]], lossy[slot], tangential);
-            }
-    for (std::size_t block = 0; block < blocks; ++block)
-        state.pushes.insert(state.pushes.end(), pushes[block].begin(), pushes[block].end());
+    for (std::size_t r = 0; r < ranges.size(); ++r) {
+        state.pushes.insert(state.pushes.end(), work[r].pushes.begin(), work[r].pushes.end());
+        state.seams.insert(state.seams.end(), work[r].seams.begin(), work[r].seams.end());
+    }
     if constexpr (F.ledger) {
         Books sum;
-        for (std::size_t block = 0; block < blocks; ++block) sum.add(books[block]);
+        for (Books const& group : of_groups) sum.add(group);
         sum.add_to(state.booked);
     }
 }

@@ -96,7 +96,7 @@ void Solver<D>::derive()
     }
 }
 
-//! The forces at the end of a step of dt.
+//! The forces at the end of a step of dt, where contact loads are zero before.
 template <int D>
 void Solver<D>::evaluate(double dt)
 {
@@ -108,6 +108,7 @@ void Solver<D>::evaluate(double dt)
 template <int D>
 void Solver<D>::evaluate_again()
 {
+    std::fill(state_.grains.contact.begin(), state_.grains.contact.end(), Load<D>{});
     evaluate(0.0);
     if (setup_.features.ledger) evaluate_power();
     if (domain_) domain_->refresh(state_.grains);
@@ -217,9 +218,22 @@ auto Solver<D>::loads() const
     };
 }
 
+//! How grain i moves at the end of a step; `load` is what acts on it.
 template <int D>
 template <class Half>
-void Solver<D>::drift(double dt, Half const& first, Half const& second)
+Motion<D> Solver<D>::kicked(double dt, Half const& second, std::size_t i, Load<D> const& load) const
+{
+    double const half = 0.5 * dt;
+    Motion<D> const& h = state_.grains.half[i];
+    return {
+        second.velocity(h.velocity) + (second.fall(state_.grains.place[i].centre) + (half * per_mass_[i]) * load.force),
+        second.spin(h.spin) + second.twist((half * per_inertia_[i]) * load.torque)};
+}
+
+//! First half and drift, and before them what is due of the last step. Leaves contact loads zero.
+template <int D>
+template <class Half>
+void Solver<D>::drift(double dt, std::optional<Half> const& due, Half const& first, Half const& second)
 {
     Grains<D>& g = state_.grains;
     double const half = 0.5 * dt;
@@ -229,14 +243,16 @@ void Solver<D>::drift(double dt, Half const& first, Half const& second)
     auto const load_on = loads();
     std::atomic<bool> any_moved = false, any_fast = false;
     auto const* const asleep = state_.rest.is_apart() ? state_.rest.asleep.data() : nullptr;
-    share([&, first, second](std::size_t from, std::size_t to) {
+    share([&, due, first, second](std::size_t from, std::size_t to) {
         std::size_t moved = 0, fast = 0;
         for (std::size_t i = from; i < to; ++i) {
-            if (asleep && asleep[i] != 0U) continue;
             Load<D> const load = load_on(i);
+            g.contact[i] = {};
+            if (asleep && asleep[i] != 0U) continue;
+            Motion<D> const before = due ? kicked(dt, *due, i, load) : g.motion[i];
             Vec<D> const kick = first.fall(g.place[i].centre) + (half * per_mass_[i]) * load.force;
             Spin<D> const turn = first.twist((half * per_inertia_[i]) * load.torque);
-            Motion<D> const now{first.velocity(g.motion[i].velocity + kick), first.spin(g.motion[i].spin + turn)};
+            Motion<D> const now{first.velocity(before.velocity + kick), first.spin(before.spin + turn)};
             g.half[i] = now;
             if (predicts) g.motion[i] = {second.velocity(now.velocity) + kick, second.spin(now.spin) + turn};
             Vec<D> const step = dt * now.velocity;
@@ -307,19 +323,11 @@ template <int D>
 template <class Half>
 void Solver<D>::kick(double dt, Half const& second)
 {
-    Grains<D>& g = state_.grains;
-    double const half = 0.5 * dt;
     auto const load_on = loads();
     auto const* const asleep = state_.rest.is_apart() ? state_.rest.asleep.data() : nullptr;
     share([&, second](std::size_t from, std::size_t to) {
-        for (std::size_t i = from; i < to; ++i) {
-            if (asleep && asleep[i] != 0U) continue;
-            Motion<D> const& h = g.half[i];
-            Load<D> const load = load_on(i);
-            g.motion[i] = {
-                second.velocity(h.velocity) + (second.fall(g.place[i].centre) + (half * per_mass_[i]) * load.force),
-                second.spin(h.spin) + second.twist((half * per_inertia_[i]) * load.torque)};
-        }
+        for (std::size_t i = from; i < to; ++i)
+            if (!asleep || asleep[i] == 0U) state_.grains.motion[i] = kicked(dt, second, i, load_on(i));
     });
 }
 
@@ -372,37 +380,61 @@ double Solver<D>::work_of_field(double dt) const
     return work;
 }
 
+//! Whether nobody looks at velocities between the step that begins now and the next.
 template <int D>
-template <class Half>
-void Solver<D>::advance(double dt, Half const& first, Half const& second)
+bool Solver<D>::kick_can_wait(double dt) const
 {
-    drift(dt, first, second);
-    evaluate(dt);
-    kick(dt, second);
-    if (domain_) domain_->refresh(state_.grains);
+    bool const gate = std::ranges::any_of(setup_.walls, [&](Wall<D> const& wall) {
+        return wall.removed_at > state_.time && wall.removed_at <= state_.time + 2.0 * dt;
+    });
+    return !gate && !setup_.features.ledger && !setup_.sleep.any() && !setup_.periodic.is_sheared() && !domain_;
+}
+
+//! `halves(t)`: what acts in the halves of a step that begins at t.
+template <int D>
+template <class Half, class Halves>
+void Solver<D>::advance(double dt, std::int64_t count, Halves const& halves)
+{
+    std::optional<Half> due;  // the kick that ends the last step, to be done in one go with the next step's first
+    for (; count > 0; --count) {
+        remove_walls(state_.time + 0.5 * dt);  // a removal time belongs to the nearest step
+        if (setup_.sleep.any()) let_sleep();
+        move_cell(dt);
+        bool const waits = count > 1 && kick_can_wait(dt);
+        auto const [first, second] = halves(state_.time);
+        drift(dt, due, first, second);
+        evaluate(dt);
+        due.reset();
+        if (waits)
+            due.emplace(second);
+        else
+            kick(dt, second);
+        if (domain_) domain_->refresh(state_.grains);
+        if (setup_.features.ledger) {
+            book_step(dt);
+            if (setup_.features.periodic) book_cell(dt);
+        }
+        state_.crossings.clear();
+        state_.time += dt;
+        ++state_.steps;
+    }
 }
 
 template <int D>
-void Solver<D>::step(double dt)
+void Solver<D>::steps(double dt, std::int64_t count)
 {
     std::optional<sluice::Team::Awake> awake;
     if (team_) awake.emplace(*team_);
-    remove_walls(state_.time + 0.5 * dt);  // a removal time belongs to the nearest step
-    if (setup_.sleep.any()) let_sleep();
-    move_cell(dt);
-    double const now = state_.time;
     if (setup_.frame)
-        advance(dt, TurningHalf<D>(setup_, now, now, dt), TurningHalf<D>(setup_, now + 0.5 * dt, now + dt, dt));
+        advance<TurningHalf<D>>(dt, count, [&](double now) {
+            return std::pair{TurningHalf<D>(setup_, now, now, dt),
+                             TurningHalf<D>(setup_, now + 0.5 * dt, now + dt, dt)};
+        });
     else
-        advance(dt, StillHalf<D>{0.5 * dt * setup_.gravity_at(now)},
-                StillHalf<D>{0.5 * dt * setup_.gravity_at(now + dt)});
-    if (setup_.features.ledger) {
-        book_step(dt);
-        if (setup_.features.periodic) book_cell(dt);
-    }
-    state_.crossings.clear();
-    state_.time += dt;
-    ++state_.steps;
+        advance<StillHalf<D>>(dt, count, [&](double now) {
+            return std::pair{StillHalf<D>{0.5 * dt * setup_.gravity_at(now)},
+                             StillHalf<D>{0.5 * dt * setup_.gravity_at(now + dt)}};
+        });
 }
 
 template <int D>

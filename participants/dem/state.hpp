@@ -122,6 +122,16 @@ void each_array(History<D> const& from, History<D>& to, Each&& each)
     if (!from.rolling.empty()) each(from.rolling, to.rolling);
 }
 
+//! The pairs of so many grains are booked together, so that books add up in one order whoever computes them.
+constexpr std::size_t grains_booked = 64;
+
+//! Grains that one thread takes at a time, with the pairs that they own.
+struct Range
+{
+    std::uint32_t begin, end;            //!< grains
+    std::vector<std::uint32_t> reaches;  //!< slots before, whose other grain is here, ascending
+};
+
 //! Neighbour pairs, CSR by the lower index: the pairs of i are slots first[i]..first[i+1], with other[slot] > i
 //! ascending. The order of summation is thus that of the touching pairs, whenever the list was built.
 template <int D>
@@ -129,12 +139,11 @@ struct Pairs
 {
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> other;
-    std::vector<std::uint32_t> owner;               //!< i of each slot
-    std::vector<std::uint8_t> touched;              //!< 0: has no history; a hint for the packed loop
-    std::vector<std::uint32_t> image;               //!< of other, that the pair sees; periodic scenes only
-    std::vector<std::uint32_t> seam;                //!< slots that see another image than that at home, ascending
-    std::vector<std::uint32_t> below_first, below;  //!< slots whose other is i, ascending; only for several threads
-    std::vector<double> sqrt_mass;                  //!< sqrt(m*) [sqrt(kg)]
+    std::vector<std::uint32_t> owner;   //!< i of each slot
+    std::vector<std::uint8_t> touched;  //!< 0: has no history; a hint for the packed loop
+    std::vector<std::uint32_t> image;   //!< of other, that the pair sees; periodic scenes only
+    std::vector<double> sqrt_mass;      //!< sqrt(m*) [sqrt(kg)]
+    std::vector<Range> ranges;          //!< that threads take; empty: one thread
     History<D> history;
 };
 
@@ -246,6 +255,15 @@ struct Push
     Motion<D> motion;
 };
 
+//! The load of a pair that sees another image of its second grain than that at home.
+template <int D>
+struct SeamLoad
+{
+    std::uint32_t image;
+    Vec<D> force;          //!< on the first [N]
+    LossyForces<D> lossy;  //!< with the ledger
+};
+
 //! A grain that was put back on the other side of a periodic cell within the step.
 template <int D>
 struct Crossing
@@ -304,6 +322,7 @@ struct State
     Rest<D> rest;                        //!< scenes whose grains may sleep only
     std::vector<Film<D>> films;          //!< at the last evaluation (film.hpp)
     std::vector<Push<D>> pushes;         //!< empty between steps
+    std::vector<SeamLoad<D>> seams;      //!< empty between steps
     std::vector<Crossing<D>> crossings;  //!< empty between steps
 };
 

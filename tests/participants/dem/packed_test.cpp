@@ -105,6 +105,8 @@ TEST_CASE("packed: the number of threads changes no bit")
         dem::Solver<3> one = unit::tumbling(Rolling::constant, scheme, false);
         dem::Solver<3> two = unit::tumbling(Rolling::constant, scheme, false, false, 2);
         dem::Solver<3> five = unit::tumbling(Rolling::constant, scheme, false, false, 5);
+        REQUIRE(two.state().pairs.ranges.size() == 2);
+        REQUIRE(five.state().pairs.ranges.size() > 2);
         for (int n = 0; n < 3000; ++n) {
             one.step(5e-6), two.step(5e-6), five.step(5e-6);
             if (n % 500 == 0) REQUIRE(same(one.state(), two.state()));
@@ -112,4 +114,35 @@ TEST_CASE("packed: the number of threads changes no bit")
         CHECK(same(one.state(), two.state()));
         CHECK(same(one.state(), five.state()));
     }
+}
+
+TEST_CASE("packed: ranges are all grains, and what reaches into them are the pairs of earlier ones")
+{
+    dem::Solver<3> solver = unit::tumbling(Rolling::constant, Scheme::predicted, false, false, 3);
+    solver.steps(5e-6, 2000);
+    auto const& pairs = solver.state().pairs;
+    std::uint32_t next = 0;
+    std::vector<std::uint32_t> reaches;
+    for (dem::Range const& range : pairs.ranges) {
+        CHECK(range.begin == next);
+        CHECK(range.begin < range.end);
+        CHECK(range.begin % dem::grains_booked == 0);
+        next = range.end;
+        for (std::uint32_t const slot : range.reaches) {
+            CHECK(pairs.owner[slot] < range.begin);
+            CHECK((pairs.other[slot] >= range.begin && pairs.other[slot] < range.end));
+        }
+        CHECK(std::ranges::is_sorted(range.reaches));
+        reaches.insert(reaches.end(), range.reaches.begin(), range.reaches.end());
+    }
+    CHECK(next == solver.grains().size());
+    auto const leaves = [&](std::uint32_t slot) {
+        return std::ranges::any_of(pairs.ranges, [&](dem::Range const& range) {
+            return pairs.owner[slot] < range.begin && pairs.other[slot] >= range.begin;
+        });
+    };
+    std::size_t across = 0;
+    for (std::uint32_t slot = 0; slot < pairs.other.size(); ++slot) across += leaves(slot);
+    CHECK(across == reaches.size());
+    CHECK(across > 20);
 }

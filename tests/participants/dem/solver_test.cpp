@@ -14,7 +14,8 @@ using namespace unit;
 
 namespace {
 
-bool same(dem::Grains<2> const& a, dem::Grains<2> const& b)
+template <int D>
+bool same(dem::Grains<D> const& a, dem::Grains<D> const& b)
 {
     for (std::size_t i = 0; i < a.size(); ++i)
         if (a.place[i].centre != b.place[i].centre || a.motion[i].velocity != b.motion[i].velocity ||
@@ -50,6 +51,36 @@ TEST_CASE("solver: a copy continues on its own")
     CHECK_FALSE(same(a.grains(), b.grains()));
     for (int n = 0; n < 5000; ++n) b.step(step);
     CHECK(same(a.grains(), b.grains()));
+}
+
+TEST_CASE("solver: many steps at once are those one by one, to the last bit")
+{
+    auto const check = [](auto at_once, double dt) {
+        auto one_by_one = at_once;
+        for (int const count : {1, 700, 2, 297, 2000}) {
+            at_once.steps(dt, count);
+            for (int n = 0; n < count; ++n) one_by_one.step(dt);
+            REQUIRE(same(at_once.grains(), one_by_one.grains()));
+            REQUIRE(at_once.time() == one_by_one.time());
+        }
+        CHECK(at_once.state().rebuilds > 1);
+        CHECK(at_once.state().rebuilds == one_by_one.state().rebuilds);
+    };
+    dem::Solver<2> const still = box();
+    dem::Setup<2> s = still.setup();
+    s.walls[2].removed_at = 1500.5 * step;
+    s.gravity_ramp = 2100 * step;
+    check(dem::Solver<2>(s, still.grains()), step);
+    s.frame.emplace(sluice::Rotation{{0.01, 0.3, 0}, {0, 0, 1}, 20.0, 500 * step, true, true, true});
+    check(dem::Solver<2>(s, still.grains()), step);
+    s.features.ledger = true;
+    check(dem::Solver<2>(s, still.grains()), step);
+    s.features.ledger = false;
+    s.sleep = {1e-4, 100 * step};
+    check(dem::Solver<2>(s, still.grains()), step);
+    for (int const threads : {1, 3})
+        check(tumbling(dem::Rolling::elastic_plastic, dem::Scheme::predicted, false, false, threads), 5e-6);
+    check(tumbling(dem::Rolling::constant, dem::Scheme::liggghts, false), 5e-6);
 }
 
 TEST_CASE("solver: external force and torque act in both half kicks")
