@@ -37,21 +37,22 @@ void note(char const* name, char const* metric, double value, char const* unit, 
         {{"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}, {"against", against}, {"ratio", ratio}});
 }
 
-constexpr double bytes_per_update = 2.0 * lbm::directions * sizeof(double);  //!< every population read and written once
+constexpr double bytes_per_update =
+    2.0 * lbm::Lattice<2>::directions * sizeof(double);  //!< every population read and written once
 
 //! Best rate of a[i] = s a[i] over nine arrays far larger than the caches [B/s]: what an in-place step can reach.
 double in_place_bandwidth(int threads, Size const& size)
 {
     sluice::Team team(threads);
-    lbm::Populations memory(size.nx, size.ny, team);  // the solver's own arrays: huge pages
+    lbm::Populations<2> memory({size.nx, size.ny, 1}, team);  // the solver's own arrays: huge pages
     std::ptrdiff_t const piece = size.ny * memory.stride();
-    auto const bytes = static_cast<double>(lbm::directions * piece) * sizeof(double);
+    auto const bytes = static_cast<double>(lbm::Lattice<2>::directions) * static_cast<double>(piece) * sizeof(double);
     double best = 0;
     for (int repeat = 0; repeat < 6; ++repeat) {
         auto const start = Clock::now();
         team.share(piece, 1 << 14, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            for (std::ptrdiff_t q = 0; q < lbm::directions; ++q) {
-                double* const a = memory.row(static_cast<std::size_t>(q), 0);
+            for (std::size_t q = 0; q < lbm::Lattice<2>::directions; ++q) {
+                double* const a = memory.row(q, 0);
                 for (std::ptrdiff_t i = begin; i < end; ++i) a[i] = a[i] * 1.0000001;
             }
         });
@@ -103,7 +104,7 @@ struct Column
     {
         for (std::size_t k = 0; k < position.size(); ++k) position[k] += velocity[k];
     }
-    lbm::DiscsView view() const { return {position, velocity, spin, radius}; }
+    lbm::BodiesView view() const { return {position, velocity, spin, radius}; }
 };
 
 //! Updates of a cell a second, whole steps: area fractions, boundaries, collision, streaming, force sums. No column: no
@@ -111,14 +112,14 @@ struct Column
 double rate(lbm::Config const& c, Size const& size, char const* name = nullptr, Column column = {0, 1, 1, 0})
 {
     bool const grains = name != nullptr;
-    lbm::Solver solver(c);
+    lbm::Solver<2> solver(c);
     double best = 0;
     for (int block = 0; block < 4; ++block) {
         auto const start = Clock::now();
         for (int k = 0; k < size.steps; ++k) {
             if (grains) {
                 column.move();
-                solver.set_discs(column.view());
+                solver.set_bodies(column.view());
             }
             solver.step();
         }
