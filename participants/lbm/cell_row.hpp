@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "participants/lbm/lanes.hpp"
 #include "participants/lbm/populations.hpp"
 #include "participants/lbm/relaxation.hpp"
 
@@ -28,16 +29,6 @@ struct SolidRow
     double* force_rate;                     //!< out: 2 weight rho
     std::array<double*, 3> force;           //!< out: 2 weight j; a body's force is eps (force - force_rate u_s)
 };
-
-//! a b + c, rounded once where the machine can (-ffp-contract=off leaves the choice to the source).
-inline double madd(double a, double b, double c) noexcept
-{
-#ifdef __FMA__
-    return __builtin_fma(a, b, c);
-#else
-    return a * b + c;
-#endif
-}
 
 inline constexpr double eddy_free = 1e-6;  //!< cells covered by more have no eddy viscosity
 

@@ -67,7 +67,8 @@ void read_walls(sluice::Reader& reader, Config& c)
 
 void read_collision(sluice::Reader& r, Config& c)
 {
-    c.collision = static_cast<Operator>(r.choice_or("operator", c.dimension == 2 ? 0 : 1, {"mrt", "trt", "bgk"}));
+    c.collision =
+        static_cast<Operator>(r.choice_or("operator", c.dimension == 2 || r.has("les") ? 0 : 1, {"mrt", "trt", "bgk"}));
     if (c.collision != Operator::bgk) c.magic = r.number_or("magic", c.magic, {.above = 0.0});
     if (c.collision == Operator::mrt) {
         if (std::optional<sluice::Reader> rates = r.child_if("rates")) {

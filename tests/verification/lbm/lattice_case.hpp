@@ -41,19 +41,20 @@ struct Discs
 };
 
 //! Mean of one velocity component over the whole lattice, solids counted as they move.
-inline double mean_velocity(lbm::Solver<2>& solver, std::size_t component)
+template <int D>
+double mean_velocity(lbm::Solver<D>& solver, std::size_t component)
 {
     lbm::Fields const f = solver.fields();
     double sum = 0;
-    for (std::size_t k = component; k < f.velocity.size(); k += 2) sum += f.velocity[k];
-    return sum / static_cast<double>(f.nx * f.ny);
+    for (std::size_t k = component; k < f.velocity.size(); k += D) sum += f.velocity[k];
+    return sum / static_cast<double>(f.nx * f.ny * f.nz);
 }
 
 //! Steps until the limit of `measure()`, taken every `interval` steps, is known to `tolerance` of itself: the slowest
 //! mode decays exponentially, so three values give the limit (Aitken), and two such limits must agree. Gives up after
 //! `limit` steps and returns what it has.
-template <class Measure>
-double run_to_steady(lbm::Solver<2>& solver, int interval, double tolerance, int limit, Measure&& measure)
+template <class AnySolver, class Measure>
+double run_to_steady(AnySolver& solver, int interval, double tolerance, int limit, Measure&& measure)
 {
     double x0 = 0, x1 = 0, x2 = 0, last = 0, extrapolated = 0;
     for (int done = 0; done < limit; done += interval) {
