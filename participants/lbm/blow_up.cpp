@@ -2,21 +2,30 @@
 
 namespace lbm {
 
-bool has_blown_up(Slots const& f, std::ptrdiff_t nx) noexcept
+template <int D>
+bool has_blown_up(Slots<D> const& f, std::ptrdiff_t nx) noexcept
 {
-    double const *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4],
-                        *const f5 = f[5], *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
+    using L = Lattice<D>;
     double bad = 0;
 #pragma omp simd reduction(+ : bad)
     for (std::ptrdiff_t x = 0; x < nx; ++x) {
-        double const right = f1[x] + f5[x] + f8[x], left = f3[x] + f6[x] + f7[x];
-        double const jx = right - left, jy = f2[x] + f5[x] + f6[x] - f4[x] - f7[x] - f8[x];
-        double const excess = f0[x] + f2[x] + f4[x] + right + left, rho = 1.0 + excess;
-        double const fastest = speed_limit * rho;
-        bool const good = jx * jx + jy * jy <= fastest * fastest && excess * excess <= excess_limit * excess_limit;
+        double excess = 0, jx = 0, jy = 0, jz = 0;
+#pragma GCC unroll 19
+        for (std::size_t q = 0; q < L::directions; ++q) {
+            double const value = f[q][x];
+            excess += value;
+            jx += L::c[q][0] * value;
+            jy += L::c[q][1] * value;
+            jz += L::c[q][2] * value;
+        }
+        double const fastest = speed_limit * (1.0 + excess);
+        bool const good =
+            jx * jx + jy * jy + jz * jz <= fastest * fastest && excess * excess <= excess_limit * excess_limit;
         bad += good ? 0.0 : 1.0;  // a NaN is never good
     }
     return bad > 0;
 }
+template bool has_blown_up<2>(Slots<2> const&, std::ptrdiff_t) noexcept;
+template bool has_blown_up<3>(Slots<3> const&, std::ptrdiff_t) noexcept;
 
 }  // namespace lbm

@@ -1,6 +1,7 @@
 // Solver: all that it needs to go on bit for bit, as named arrays.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "coupler/base/error.hpp"
@@ -49,67 +50,94 @@ std::vector<std::uint64_t> take_ids(sluice::State const& kept, char const* name)
 
 }  // namespace
 
-void Solver::keep(sluice::State& kept)
+template <int D>
+void Solver<D>::keep(sluice::State& kept)
 {
+    constexpr std::size_t place = 2 * D + 1 + spins<D>;
     complete();
     kept.put_integer("steps", steps_);
-    put_ids(kept, "discs/id", id_);
-    put_rows<6>(kept, "discs/place", discs_,
-                [](Disc const& d) { return std::array{d.x, d.y, d.radius, d.ux, d.uy, d.spin}; });
-    put_rows<5>(kept, "discs/displaced", displaced_, [](Displaced const& d) {
-        return std::array{d.mass, d.gyration, d.velocity[0], d.velocity[1], d.velocity[2]};
+    put_ids(kept, "bodies/id", id_);
+    put_rows<place>(kept, "bodies/place", bodies_, [](Body<D> const& b) {
+        std::array<double, place> numbers;
+        auto at = std::copy(b.centre.begin(), b.centre.end(), numbers.begin());
+        *at++ = b.radius;
+        at = std::copy(b.velocity.begin(), b.velocity.end(), at);
+        std::copy(b.spin.begin(), b.spin.end(), at);
+        return numbers;
+    });
+    put_rows<2 + freedoms>(kept, "bodies/displaced", displaced_, [](Displaced const& d) {
+        std::array<double, 2 + freedoms> numbers{d.mass, d.gyration};
+        std::copy(d.motion.begin(), d.motion.end(), numbers.begin() + 2);
+        return numbers;
     });
     put_ids(kept, "last/id", last_id_);
-    put_rows<3>(kept, "last/velocity", past_, [](Past const& p) { return p.velocity; });
-    put_rows<3>(kept, "last/exchange", past_, [](Past const& p) { return p.exchange; });
+    put_rows<freedoms>(kept, "last/velocity", past_, [](Past const& p) { return p.motion; });
+    put_rows<freedoms>(kept, "last/exchange", past_, [](Past const& p) { return p.exchange; });
     std::vector<double> cells;
-    cells.reserve(static_cast<std::size_t>(populations_.nx() * populations_.ny()));
-    for (std::size_t q = 0; q < directions; ++q) {
+    cells.reserve(static_cast<std::size_t>(populations_.cells()));
+    for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
         cells.clear();
-        for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y)
-            cells.insert(cells.end(), populations_.row(q, y), populations_.row(q, y) + populations_.nx());
+        for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r)
+            cells.insert(cells.end(), populations_.row(q, r), populations_.row(q, r) + populations_.nx());
         kept.put(populations_name(q), std::span<double const>(cells));
     }
 }
 
 //! Everything is taken out before anything changes: what does not fit leaves the solver as it was.
-void Solver::restore(sluice::State const& kept)
+template <int D>
+void Solver<D>::restore(sluice::State const& kept)
 {
-    auto const cells = static_cast<std::size_t>(populations_.nx() * populations_.ny());
-    auto id = take_ids(kept, "discs/id"), last_id = take_ids(kept, "last/id");
-    auto discs = take_rows<6, Disc>(kept, "discs/place", id.size(), [](double const* v) {
-        return Disc{.x = v[0], .y = v[1], .radius = v[2], .ux = v[3], .uy = v[4], .spin = v[5]};
+    constexpr std::size_t place = 2 * D + 1 + spins<D>;
+    auto const cells = static_cast<std::size_t>(populations_.cells());
+    auto id = take_ids(kept, "bodies/id"), last_id = take_ids(kept, "last/id");
+    auto bodies = take_rows<place, Body<D>>(kept, "bodies/place", id.size(), [](double const* v) {
+        Body<D> b;
+        std::copy_n(v, D, b.centre.begin());
+        b.radius = v[D];
+        std::copy_n(v + D + 1, D, b.velocity.begin());
+        std::copy_n(v + 2 * D + 1, spins<D>, b.spin.begin());
+        return b;
     });
-    auto displaced = take_rows<5, Displaced>(kept, "discs/displaced", id.size(), [](double const* v) {
-        return Displaced{.mass = v[0], .gyration = v[1], .velocity = {v[2], v[3], v[4]}};
+    auto displaced = take_rows<2 + freedoms, Displaced>(kept, "bodies/displaced", id.size(), [](double const* v) {
+        Displaced d{.mass = v[0], .gyration = v[1], .motion = {}};
+        std::copy_n(v + 2, freedoms, d.motion.begin());
+        return d;
     });
-    auto past = take_rows<3, Past>(kept, "last/velocity", last_id.size(), [](double const* v) {
-        return Past{{v[0], v[1], v[2]}, {}};
+    auto past = take_rows<freedoms, Past>(kept, "last/velocity", last_id.size(), [](double const* v) {
+        Past p{};
+        std::copy_n(v, freedoms, p.motion.begin());
+        return p;
     });
-    auto const exchange = kept.numbers("last/exchange", 3 * last_id.size());
-    for (std::size_t i = 0; i < past.size(); ++i) std::copy_n(exchange.data() + 3 * i, 3, past[i].exchange.begin());
-    for (Disc const& d : discs)
-        sluice::require(std::isfinite(d.x + d.y + d.radius) && d.radius > 0, [] {
+    auto const exchange = kept.numbers("last/exchange", freedoms * last_id.size());
+    for (std::size_t i = 0; i < past.size(); ++i)
+        std::copy_n(exchange.data() + freedoms * i, freedoms, past[i].exchange.begin());
+    for (Body<D> const& b : bodies)
+        sluice::require(std::isfinite(std::accumulate(b.centre.begin(), b.centre.end(), b.radius)) && b.radius > 0, [] {
             return sluice::Error(
-                "fluid: the checkpoint has a disc without a place (needs numbers, radius > 0). Resume "
+                "fluid: the checkpoint has a body without a place (needs numbers, radius > 0). Resume "
                 "from an older one.",
                 sluice::Exit::io);
         });
-    std::array<double const*, directions> from;
-    for (std::size_t q = 0; q < directions; ++q) from[q] = kept.numbers(populations_name(q), cells).data();
+    std::array<double const*, Lattice<D>::directions> from;
+    for (std::size_t q = 0; q < from.size(); ++q) from[q] = kept.numbers(populations_name(q), cells).data();
 
     steps_ = kept.integer("steps");
     id_ = std::move(id);
     last_id_ = std::move(last_id);
-    discs_ = std::move(discs);
+    bodies_ = std::move(bodies);
     displaced_ = std::move(displaced);
     past_ = std::move(past);
     resize_loads(id_.size());
-    for (std::size_t q = 0; q < directions; ++q)
-        for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y, from[q] += populations_.nx())
-            std::copy(from[q], from[q] + populations_.nx(), populations_.row(q, y));
-    coverage_.update(discs_, team_);
+    for (std::size_t q = 0; q < from.size(); ++q)
+        for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r, from[q] += populations_.nx())
+            std::copy(from[q], from[q] + populations_.nx(), populations_.row(q, r));
+    coverage_.update(bodies_, team_);
     complete_ = true;
 }
+
+template void Solver<2>::keep(sluice::State&);
+template void Solver<3>::keep(sluice::State&);
+template void Solver<2>::restore(sluice::State const&);
+template void Solver<3>::restore(sluice::State const&);
 
 }  // namespace lbm

@@ -36,29 +36,39 @@ double grid_reynolds(Config const& c)
     return c.max_velocity * c.cell / c.viscosity;
 }
 
-Wall read_wall(sluice::Reader& walls, char const* side)
+//! `velocity`: in the plane along the side, +x or +y; in space a vector along it.
+Wall read_wall(sluice::Reader& walls, Side side, int dimension)
 {
-    if (walls.has(side) && !walls.is_scalar(side)) {
-        sluice::Reader moving = walls.child(side);
-        Wall const wall{.periodic = false, .velocity = moving.number("velocity", {.unit = "m/s"})};
-        moving.finish();
-        return wall;
+    char const* const name = name_of(side, dimension);
+    auto const axis = static_cast<std::size_t>(side) / 2;
+    if (!walls.has(name) || walls.is_scalar(name))
+        return {.periodic = walls.choice_or(name, 0, {"no_slip", "periodic"}) == 1, .velocity = {}};
+    Wall wall;
+    sluice::Reader moving = walls.child(name);
+    if (dimension == 2) {
+        wall.velocity[1 - axis] = moving.number("velocity", {.unit = "m/s"});
+    } else if (auto const v = moving.numbers("velocity", 3, {.unit = "m/s"}); v.size() == 3) {
+        std::copy(v.begin(), v.end(), wall.velocity.begin());
+        if (v[axis] != 0.0)
+            moving.problem("velocity",
+                           format("%g m/s across the wall (must be 0: walls move along themselves).", v[axis]));
     }
-    return {.periodic = walls.choice_or(side, 0, {"no_slip", "periodic"}) == 1, .velocity = 0};
+    moving.finish();
+    return wall;
 }
 
 void read_walls(sluice::Reader& reader, Config& c)
 {
     std::optional<sluice::Reader> walls = reader.child_if("walls");
     if (!walls) return;
-    char const* const names[] = {"left", "right", "bottom", "top"};
-    for (std::size_t s = 0; s < 4; ++s) c.walls[s] = read_wall(*walls, names[s]);
+    for (std::size_t s = 0; s < 2 * c.axes(); ++s) c.walls[s] = read_wall(*walls, static_cast<Side>(s), c.dimension);
     walls->finish();
 }
 
 void read_collision(sluice::Reader& r, Config& c)
 {
-    c.collision = static_cast<Operator>(r.choice_or("operator", 0, {"mrt", "trt", "bgk"}));
+    c.collision =
+        static_cast<Operator>(r.choice_or("operator", c.dimension == 2 || r.has("les") ? 0 : 1, {"mrt", "trt", "bgk"}));
     if (c.collision != Operator::bgk) c.magic = r.number_or("magic", c.magic, {.above = 0.0});
     if (c.collision == Operator::mrt) {
         if (std::optional<sluice::Reader> rates = r.child_if("rates")) {
@@ -93,8 +103,8 @@ std::string with_unit(double value, char const* unit)
 
 void find_geometry_issues(Config const& c, std::vector<Issue>& issues)
 {
-    char const* const axis[] = {"x", "y"};
-    for (std::size_t k = 0; k < 2; ++k) {
+    char const* const axis[] = {"x", "y", "z"};
+    for (std::size_t k = 0; k < c.axes(); ++k) {
         double const cells = c.size[k] / c.cell;
         if (!(c.size[k] > 0) || std::abs(cells - std::round(cells)) > 1e-6 * std::round(cells)) {
             double const whole = std::max(1.0, std::round(cells)) * c.cell;
@@ -107,10 +117,13 @@ void find_geometry_issues(Config const& c, std::vector<Issue>& issues)
                 {"cell", format("%g m makes %.3g cells in %s (at most 1e6).", c.cell, cells, axis[k]), true});
         }
     }
-    if (c.walls[left].periodic != c.walls[right].periodic)
-        issues.push_back({"walls", "left and right differ (periodic must be both or neither).", true});
-    if (c.walls[bottom].periodic != c.walls[top].periodic)
-        issues.push_back({"walls", "bottom and top differ (periodic must be both or neither).", true});
+    for (std::size_t s = 0; s < 2 * c.axes(); s += 2)
+        if (c.walls[s].periodic != c.walls[s + 1].periodic)
+            issues.push_back(
+                {"walls",
+                 format("%s and %s differ (periodic must be both or neither).",
+                        name_of(static_cast<Side>(s), c.dimension), name_of(static_cast<Side>(s + 1), c.dimension)),
+                 true});
 }
 
 void find_flow_issues(Config const& c, std::vector<Issue>& issues)
@@ -130,7 +143,7 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
              format("%g s makes tau = %.4g (above 2 only slow flow is accurate). Take a shorter step.", c.step, tau),
              false});
     double fastest = c.max_velocity;
-    for (Wall const& w : c.walls) fastest = std::max(fastest, std::abs(w.velocity));
+    for (auto const& [periodic, v] : c.walls) fastest = std::max(fastest, std::hypot(v[0], v[1], v[2]));
     double const number = fastest / c.units().velocity_unit() / sound_speed_lu;
     if (number > mach_refused)
         issues.push_back({"step",
@@ -151,9 +164,16 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
 
 }  // namespace
 
-std::array<std::ptrdiff_t, 2> Config::cells() const noexcept
+char const* name_of(Side side, int dimension) noexcept
 {
-    return {std::lround(size[0] / cell), std::lround(size[1] / cell)};
+    static constexpr char const* plane[] = {"left", "right", "bottom", "top", "", ""};
+    static constexpr char const* space[] = {"left", "right", "front", "back", "bottom", "top"};
+    return (dimension == 2 ? plane : space)[side];
+}
+
+std::array<std::ptrdiff_t, 3> Config::cells() const noexcept
+{
+    return {std::lround(size[0] / cell), std::lround(size[1] / cell), dimension == 2 ? 1 : std::lround(size[2] / cell)};
 }
 
 std::vector<Issue> find_issues(Config const& c)
@@ -170,11 +190,13 @@ std::vector<Issue> find_issues(Config const& c)
 
 std::vector<std::string> describe(Config const& c)
 {
-    auto const [nx, ny] = c.cells();
+    auto const [nx, ny, nz] = c.cells();
+    std::string const lattice = c.dimension == 2 ? format("%td x %td cells of %g m, D2Q9, ", nx, ny, c.cell)
+                                                 : format("%td x %td x %td cells of %g m, D3Q19, ", nx, ny, nz, c.cell);
     char const* const names[] = {"MRT", "TRT", "BGK"};
     std::string model = names[static_cast<int>(c.collision)];
     if (c.smagorinsky > 0) model += format(" with Smagorinsky, C_s = %g", c.smagorinsky);
-    return {format("lattice               %td x %td cells of %g m, D2Q9, ", nx, ny, c.cell) + model,
+    return {"lattice               " + lattice + model,
             "time step             " + with_unit(c.step, "s"),
             format("relaxation time       tau = %.6g (limit 0.5)", c.relaxation_time()),
             format("Mach number           %.3g at %g m/s (limit 0.3)", mach(c), c.max_velocity),
@@ -184,27 +206,29 @@ std::vector<std::string> describe(Config const& c)
             format("threads               %d", c.threads)};
 }
 
-Config read_config(sluice::Reader& r, std::array<double, 2> gravity)
+Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravity)
 {
     Config c;
+    c.dimension = dimension;
+    std::vector<double> const zero(c.axes(), 0.0);
     sluice::Reader domain = r.child("domain");
-    auto const origin = domain.numbers_or("origin", {0.0, 0.0}, {.unit = "m"});
-    auto const size = domain.numbers("size", 2, {.above = 0.0, .unit = "m"});
+    auto const origin = domain.numbers_or("origin", zero, {.unit = "m"});
+    auto const size = domain.numbers("size", c.axes(), {.above = 0.0, .unit = "m"});
     domain.finish();
-    if (origin.size() == 2) c.origin = {origin[0], origin[1]};
-    if (size.size() == 2) c.size = {size[0], size[1]};
+    auto const take = [&](std::vector<double> const& from, std::array<double, 3>& to) {
+        if (from.size() == c.axes()) std::copy(from.begin(), from.end(), to.begin());
+    };
+    take(origin, c.origin);
+    take(size, c.size);
     c.cell = r.number("cell", {.above = 0.0, .unit = "m"});
     c.density = r.number_or("density", c.density, {.above = 0.0, .unit = "kg/m3"});
     c.viscosity = r.number_or("viscosity", c.viscosity, {.above = 0.0, .unit = "m2/s"});
     read_step(r, c);
     read_collision(r, c);
     read_walls(r, c);
-    auto const push = r.numbers_or("acceleration", {0.0, 0.0}, {.unit = "m/s2"});
-    if (push.size() == 2) c.acceleration = {push[0], push[1]};
-    if (r.flag_or("gravity", false)) {
-        c.acceleration[0] += gravity[0];
-        c.acceleration[1] += gravity[1];
-    }
+    take(r.numbers_or("acceleration", zero, {.unit = "m/s2"}), c.acceleration);
+    if (r.flag_or("gravity", false))
+        for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
     c.threads = sluice::read_threads(r, "auto");
     bool const readable =

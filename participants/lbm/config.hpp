@@ -19,45 +19,57 @@ enum class Operator
     trt,
     bgk
 };
-enum Side : std::size_t
-{
-    left,
-    right,
-    bottom,
-    top
-};
-
 //! One side of the domain: half-way bounce-back (no-slip), moving along itself if velocity != 0, or periodic.
 struct Wall
 {
     bool periodic = false;
-    double velocity = 0;  //!< along +y on left and right, along +x on bottom and top [m/s]
+    std::array<double, 3> velocity{};  //!< [m/s]; none across the side
 };
+
+//! The sides: lower and upper one along x, y and z.
+enum Side : std::size_t
+{
+    left,
+    right,
+    lower_y,
+    upper_y,
+    lower_z,
+    upper_z
+};
+//! In the plane y is up, in space z.
+template <int D>
+inline constexpr Side bottom = D == 2 ? lower_y : lower_z;
+template <int D>
+inline constexpr Side top = D == 2 ? upper_y : upper_z;
+//! The name of a side in a scene: left, right, bottom, top; in space front (low y) and back, too.
+char const* name_of(Side side, int dimension) noexcept;
 
 //! Everything the solver needs, in SI; made by read_config() or by hand, constant afterwards.
 struct Config
 {
-    std::array<double, 2> origin{0, 0};  //!< lower left corner [m]
-    std::array<double, 2> size{};        //!< [m], a multiple of `cell` each way
-    double cell = 0;                     //!< dx [m]
-    double step = 0;                     //!< dt [s]
-    double density = 1000;               //!< rho_0 [kg/m3]
-    double viscosity = 1e-6;             //!< kinematic [m2/s]
-    double max_velocity = 0;             //!< the fastest expected [m/s]; for the Mach number alone
+    int dimension = 2;
+    std::array<double, 3> origin{};  //!< corner of the lowest coordinates [m]
+    std::array<double, 3> size{};    //!< [m], a multiple of `cell` each way; in the plane no third
+    double cell = 0;                 //!< dx [m]
+    double step = 0;                 //!< dt [s]
+    double density = 1000;           //!< rho_0 [kg/m3]
+    double viscosity = 1e-6;         //!< kinematic [m2/s]
+    double max_velocity = 0;         //!< the fastest expected [m/s]; for the Mach number alone
     Operator collision = Operator::mrt;
     double magic = 3.0 / 16;  //!< (tau - 1/2)(tau_q - 1/2) of MRT and TRT: 3/16 puts a flat wall exactly half-way
-    std::optional<double> flux_rate;           //!< s_q of MRT, instead of `magic`
-    double energy_rate = 1.2;                  //!< s_e of MRT; the bulk viscosity is (1/s_e - 1/2)/3
-    double square_rate = 1.2;                  //!< s_eps of MRT
-    double smagorinsky = 0;                    //!< C_s, filter width dx; 0: no large-eddy model
-    std::array<Wall, 4> walls{};               //!< indexed by Side
-    std::array<double, 2> acceleration{0, 0};  //!< of the whole fluid [m/s2]: force density rho_0 a
-    double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
+    std::optional<double> flux_rate;       //!< s_q of MRT, instead of `magic`
+    double energy_rate = 1.2;              //!< s_e of MRT; the bulk viscosity is (1/s_e - 1/2)/3
+    double square_rate = 1.2;              //!< s_eps of MRT
+    double smagorinsky = 0;                //!< C_s, filter width dx; 0: no large-eddy model
+    std::array<Wall, 6> walls{};           //!< indexed by Side
+    std::array<double, 3> acceleration{};  //!< of the whole fluid [m/s2]: force density rho_0 a
+    double hydrodynamic_radius = 1;        //!< the fluid sees a disc of this factor times its radius
     int threads = 1;
 
-    LatticeUnits units() const noexcept { return {cell, step, density}; }
+    LatticeUnits units() const noexcept { return {cell, step, density, dimension}; }
     double relaxation_time() const noexcept { return units().relaxation_time(viscosity); }
-    std::array<std::ptrdiff_t, 2> cells() const noexcept;  //!< nx, ny
+    std::array<std::ptrdiff_t, 3> cells() const noexcept;  //!< along x, y, z; one along z in the plane
+    std::size_t axes() const noexcept { return static_cast<std::size_t>(dimension); }
 };
 
 //! What is wrong with a configuration, or near a limit.
@@ -73,8 +85,8 @@ std::vector<Issue> find_issues(Config const& config);
 //! tau, Mach number, grid Reynolds number and the like, one line each, for the start of a log.
 std::vector<std::string> describe(Config const& config);
 
-//! Reads a participant's `config:` block (keys: README.md). `gravity` [m/s2] is the scene's; it enters the lattice if
-//! `gravity: true`. Every mistake becomes a problem of the reader.
-Config read_config(sluice::Reader& reader, std::array<double, 2> gravity);
+//! Reads a participant's `config:` block (keys: README.md) of a scene in the plane or in space. `gravity` [m/s2] is the
+//! scene's; it enters the lattice if `gravity: true`. Every mistake becomes a problem of the reader.
+Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> gravity);
 
 }  // namespace lbm

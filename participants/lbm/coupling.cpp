@@ -20,6 +20,7 @@ std::vector<float> narrowed(std::vector<double> const& values)
 
 //! What a run leaves behind: ParaView series, HDF5 archive, time series. A resumed run goes on with what is there up to
 //! `resumed_at` [s].
+template <int D>
 class Recorder
 {
  public:
@@ -30,41 +31,44 @@ class Recorder
           archive_(self.directory() / (self.name() + ".h5"),
                    std::vector<sluice::ArchiveFact>{
                        {"scene_hash", std::to_string(self.scene().hash)},
-                       {"origin", std::vector<double>{lattice_.origin[0], lattice_.origin[1]}},
-                       {"spacing", std::vector<double>{lattice_.spacing[0], lattice_.spacing[1]}}},
+                       {"origin", std::vector<double>(lattice_.origin.begin(), lattice_.origin.begin() + D)},
+                       {"spacing", std::vector<double>(lattice_.spacing.begin(), lattice_.spacing.begin() + D)}},
                    resumed_at),
-          table_(self.directory() / (self.name() + ".csv"),
-                 std::vector<std::string>{"time [s]", "max_speed [m/s]", "mass [kg/m]", "momentum_x [N s/m]",
-                                          "momentum_y [N s/m]", "window_impulse_x [N s/m]", "window_impulse_y [N s/m]"},
-                 resumed_at)
+          table_(self.directory() / (self.name() + ".csv"), columns(), resumed_at)
     {
         if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
     }
 
-    void picture(double time, Solver& solver)
+    void picture(double time, Solver<D>& solver)
     {
         auto const f = solver.fields(coarsen_);
         auto const velocity = narrowed(f.velocity), pressure = narrowed(f.pressure), vorticity = narrowed(f.vorticity),
                    solid = narrowed(f.solid_fraction);
-        series_.append(time, std::vector<sluice::CellColumn>{{"velocity", "m/s", 2, velocity},
+        series_.append(time, std::vector<sluice::CellColumn>{{"velocity", "m/s", D, velocity},
                                                              {"pressure", "Pa", 1, pressure},
-                                                             {"vorticity", "1/s", 1, vorticity},
+                                                             {"vorticity", "1/s", spins<D>, vorticity},
                                                              {"solid_fraction", "", 1, solid}});
-        auto const nx = static_cast<std::size_t>(f.nx), ny = static_cast<std::size_t>(f.ny);
-        auto const pack = sluice::Pack::deflate;
-        archive_.append(time, std::vector<sluice::ArchiveDataset>{
-                                  {"velocity", "m/s", std::span<float const>(velocity), {ny, nx, 2}, pack},
-                                  {"pressure", "Pa", std::span<float const>(pressure), {ny, nx}, pack},
-                                  {"vorticity", "1/s", std::span<float const>(vorticity), {ny, nx}, pack},
-                                  {"solid_fraction", "", std::span<float const>(solid), {ny, nx}, pack}});
+        std::vector<std::size_t> cells{static_cast<std::size_t>(f.ny), static_cast<std::size_t>(f.nx)};
+        if constexpr (D == 3) cells.insert(cells.begin(), static_cast<std::size_t>(f.nz));
+        auto const dataset = [&](char const* name, char const* unit, std::vector<float> const& values,
+                                 std::size_t components) {
+            auto shape = cells;
+            if (components > 1) shape.push_back(components);
+            return sluice::ArchiveDataset{name, unit, std::span<float const>(values), shape, sluice::Pack::deflate};
+        };
+        archive_.append(time, std::vector<sluice::ArchiveDataset>{dataset("velocity", "m/s", velocity, D),
+                                                                  dataset("pressure", "Pa", pressure, 1),
+                                                                  dataset("vorticity", "1/s", vorticity, spins<D>),
+                                                                  dataset("solid_fraction", "", solid, 1)});
     }
 
-    //! `impulse`: what the fluid gave to all grains in the last window [N s/m].
-    void row(double time, Solver& solver, std::array<double, 2> impulse)
+    //! `impulse`: what the fluid gave to all grains in the last window [N s].
+    void row(double time, Solver<D>& solver, std::array<double, D> const& impulse)
     {
-        auto const momentum = solver.momentum();
-        table_.append(std::vector<double>{time, solver.max_speed(), solver.mass(), momentum[0], momentum[1], impulse[0],
-                                          impulse[1]});
+        std::vector<double> values{time, solver.max_speed(), solver.mass()};
+        for (double const component : solver.momentum()) values.push_back(component);
+        values.insert(values.end(), impulse.begin(), impulse.end());
+        table_.append(values);
     }
 
     void close() { archive_.close(); }
@@ -73,10 +77,18 @@ class Recorder
     //! Of the blocks that Solver::fields() makes.
     static sluice::Lattice lattice_of(Config const& config, int coarsen)
     {
-        auto const [nx, ny] = config.cells();
+        auto const [nx, ny, nz] = config.cells();
         double const spacing = coarsen * config.cell;
         auto const blocks = [&](std::ptrdiff_t n) { return static_cast<std::size_t>((n + coarsen - 1) / coarsen); };
-        return {{config.origin[0], config.origin[1], 0.0}, {spacing, spacing, spacing}, {blocks(nx), blocks(ny), 0}};
+        return {config.origin, {spacing, spacing, spacing}, {blocks(nx), blocks(ny), D == 2 ? 0 : blocks(nz)}};
+    }
+    static std::vector<std::string> columns()
+    {
+        std::string const per = D == 2 ? "/m]" : "]";
+        std::vector<std::string> names{"time [s]", "max_speed [m/s]", "mass [kg" + per};
+        for (std::string const what : {"momentum_", "window_impulse_"})
+            for (std::size_t k = 0; k < D; ++k) names.push_back(what + "xyz"[k] + " [N s" + per);
+        return names;
     }
 
     int coarsen_;
@@ -86,7 +98,8 @@ class Recorder
     sluice::Table table_;
 };
 
-//! Mean force and torque on each disc over the steps of one window: the impulse that the fluid gave, over its length.
+//! Mean force and torque on each body over the steps of one window: the impulse that the fluid gave, over its length.
+template <int D>
 struct MeanLoad
 {
     std::vector<std::int64_t> id;
@@ -95,19 +108,20 @@ struct MeanLoad
     void restart(std::span<std::int64_t const> ids)
     {
         id.assign(ids.begin(), ids.end());
-        force.assign(2 * ids.size(), 0.0);
-        torque.assign(ids.size(), 0.0);
+        force.assign(D * ids.size(), 0.0);
+        torque.assign(spins<D> * ids.size(), 0.0);
     }
     void add(LoadsView const& loads, double share)
     {
         for (std::size_t k = 0; k < force.size(); ++k) force[k] += share * loads.force[k];
         for (std::size_t k = 0; k < torque.size(); ++k) torque[k] += share * loads.torque[k];
     }
-    std::array<double, 2> impulse(double length) const
+    std::array<double, D> impulse(double length) const
     {
-        std::array<double, 2> sum{};
-        for (std::size_t k = 0; k < force.size(); ++k) sum[k % 2] += force[k];
-        return {sum[0] * length, sum[1] * length};
+        std::array<double, D> sum{};
+        for (std::size_t k = 0; k < force.size(); ++k) sum[k % D] += force[k];
+        for (double& component : sum) component *= length;
+        return sum;
     }
     sluice::Load view() const { return {id, force, torque}; }
 };
@@ -115,17 +129,17 @@ struct MeanLoad
 //! How the work was shared out, summed over the steps of the run; for the summary.
 struct Shares
 {
-    double covered_cells = 0, rebuilt_discs = 0, steps = 0;
+    double covered_cells = 0, rebuilt_bodies = 0, steps = 0;
 
     void add(Share const& share)
     {
         covered_cells += share.covered_cells;
-        rebuilt_discs += share.rebuilt_discs;
+        rebuilt_bodies += share.rebuilt_bodies;
         steps += 1;
     }
     void keep(sluice::State& state) const
     {
-        state.put("shares", std::vector<double>{covered_cells, rebuilt_discs, steps});
+        state.put("shares", std::vector<double>{covered_cells, rebuilt_bodies, steps});
     }
     static Shares kept(sluice::State const& state)
     {
@@ -134,7 +148,7 @@ struct Shares
     }
 };
 
-DiscsView discs_of(sluice::Kinematics const& k)
+BodiesView bodies_of(sluice::Kinematics const& k)
 {
     // lasting ids are the same bits, signed there and unsigned here
     std::span<std::uint64_t const> const ids(reinterpret_cast<std::uint64_t const*>(k.id.data()), k.id.size());
@@ -145,26 +159,14 @@ Config read(sluice::Participant& self)
 {
     self.sends({"load"});
     self.takes({"kinematics"});
-    sluice::require(self.scene().dimension == 2,
-                    [] { return sluice::Error("lbm: dimension = 3 (this lattice is D2Q9; needed: dimension: 2)."); });
     auto reader = self.config();
-    auto const& gravity = self.scene().gravity;
-    return read_config(reader, {gravity[0], gravity[1]});
+    return read_config(reader, self.scene().dimension, self.scene().gravity);
 }
 
-void take_part(sluice::Participant& self)
+template <int D>
+void run(sluice::Participant& self, Config const& config)
 {
-    Config const config = read(self);
-    for (auto const& line : describe(config))
-        if (self.checking()) std::printf("fluid: %s\n", line.c_str());
-    for (auto const& issue : find_issues(config)) {
-        if (self.checking()) std::printf("fluid: warning: %s: %s\n", issue.key.c_str(), issue.text.c_str());
-        self.warn(issue.key + ": " + issue.text);
-    }
-    self.propose_window(config.step, true);
-    if (self.checking()) return;
-
-    Solver solver(config);
+    Solver<D> solver(config);
     Shares shares;
     self.keeps(
         [&](sluice::State& state) {
@@ -175,9 +177,9 @@ void take_part(sluice::Participant& self)
             solver.restore(state);
             shares = Shares::kept(state);
         });
-    std::optional<Recorder> recorder;
+    std::optional<Recorder<D>> recorder;
     if (!self.resumes()) recorder.emplace(self, config);
-    self.fact("cells", static_cast<double>(config.cells()[0] * config.cells()[1]));
+    self.fact("cells", static_cast<double>(config.cells()[0] * config.cells()[1] * config.cells()[2]));
     self.fact("time step [s]", config.step);
     self.fact("relaxation time", config.relaxation_time());
     auto const senders = self.senders("kinematics"), receivers = self.receivers("load");
@@ -185,7 +187,7 @@ void take_part(sluice::Participant& self)
         return sluice::Error("lbm: kinematics from more than one participant (at most one sends them).");
     });
 
-    MeanLoad load;
+    MeanLoad<D> load;
     auto tell = [&] {
         for (auto const& to : receivers) self.write(to, load.view());
     };
@@ -199,9 +201,9 @@ void take_part(sluice::Participant& self)
         for (std::int64_t k = 0; k < steps; ++k) {
             if (!senders.empty()) {
                 auto kinematics = self.read<sluice::Kinematics>(senders[0], window);
-                auto const discs = kinematics.at(window.begin + (static_cast<double>(k) + 0.5) * config.step);
-                if (k == 0) load.restart(discs.id);
-                solver.set_discs(discs_of(discs));
+                auto const bodies = kinematics.at(window.begin + (static_cast<double>(k) + 0.5) * config.step);
+                if (k == 0) load.restart(bodies.id);
+                solver.set_bodies(bodies_of(bodies));
             }
             if (k == 0 && window.index == 0 && window.iteration == 0) {
                 recorder->picture(0.0, solver);
@@ -218,9 +220,26 @@ void take_part(sluice::Participant& self)
     }
     self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel",
                  1 - shares.covered_cells / shares.steps);
-    self.skipped("area fractions", "discs that moved too little keep those of the step before",
-                 1 - shares.rebuilt_discs / shares.steps);
+    self.skipped("solid fractions", "grains that moved too little keep those of the step before",
+                 1 - shares.rebuilt_bodies / shares.steps);
     recorder->close();
+}
+
+void take_part(sluice::Participant& self)
+{
+    Config const config = read(self);
+    for (auto const& line : describe(config))
+        if (self.checking()) std::printf("fluid: %s\n", line.c_str());
+    for (auto const& issue : find_issues(config)) {
+        if (self.checking()) std::printf("fluid: warning: %s: %s\n", issue.key.c_str(), issue.text.c_str());
+        self.warn(issue.key + ": " + issue.text);
+    }
+    self.propose_window(config.step, true);
+    if (self.checking()) return;
+    if (config.dimension == 2)
+        run<2>(self, config);
+    else
+        run<3>(self, config);
 }
 
 }  // namespace

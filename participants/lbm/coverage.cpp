@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cmath>
 
+#include "participants/lbm/sphere_volume.hpp"
+
 namespace lbm {
 namespace {
 
@@ -16,18 +18,25 @@ std::size_t box_side(double radius)
 {
     return static_cast<std::size_t>(2 * radius) + 3;
 }
+//! Of a row of a body's fractions.
+std::size_t row_length(double radius)
+{
+    return box_side(radius) + strip_lanes - 1;
+}
 
 }  // namespace
 
-Coverage::Coverage(std::ptrdiff_t nx, std::ptrdiff_t ny, bool periodic_x, bool periodic_y)
-    : nx_(nx), ny_(ny), periodic_x_(periodic_x), periodic_y_(periodic_y), row_start_(static_cast<std::size_t>(ny) + 1)
+template <int D>
+Coverage<D>::Coverage(Extent cells, std::array<bool, 3> periodic)
+    : cells_(cells), periodic_(periodic), row_start_(static_cast<std::size_t>(cells[1] * cells[2]) + 1)
 {
     first_ = {0};
     count_ = {0};
     room_ = {0};
 }
 
-void Coverage::set_obstacle(std::vector<double> fraction)
+template <int D>
+void Coverage<D>::set_obstacle(std::vector<double> fraction)
 {
     obstacle_ = std::move(fraction);
     obstacle_.resize(obstacle_.size() + strip_lanes - 1);
@@ -36,130 +45,156 @@ void Coverage::set_obstacle(std::vector<double> fraction)
     sort_by_row();
 }
 
-std::span<std::uint32_t const> Coverage::row(std::ptrdiff_t y) const noexcept
+template <int D>
+std::span<std::uint32_t const> Coverage<D>::row(std::ptrdiff_t r) const noexcept
 {
-    std::size_t const begin = row_start_[static_cast<std::size_t>(y)],
-                      end = row_start_[static_cast<std::size_t>(y) + 1];
+    std::size_t const begin = row_start_[static_cast<std::size_t>(r)],
+                      end = row_start_[static_cast<std::size_t>(r) + 1];
     return {by_row_.data() + begin, end - begin};
 }
 
 //! Gives every body its place in fraction_ and strips_; the obstacle comes last.
-void Coverage::lay_out(std::span<Disc const> discs)
+template <int D>
+void Coverage<D>::lay_out(std::span<Body<D> const> bodies)
 {
-    std::size_t const n = discs.size();
+    std::size_t const n = bodies.size();
     box_start_.resize(n);
     first_.assign(n + 1, 0);
     count_.assign(n + 1, 0);
     room_.assign(n + 1, 0);
     std::size_t cells = 0, strips = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        std::size_t const side = box_side(discs[i].radius);
-        std::size_t const pieces = periodic_x_ ? 2 + side / static_cast<std::size_t>(nx_) : 1;
+        std::size_t const side = box_side(bodies[i].radius), rows = D == 2 ? side : side * side;
+        std::size_t const pieces = periodic_[0] ? 2 + side / static_cast<std::size_t>(cells_[0]) : 1;
         box_start_[i] = cells;
         first_[i] = strips;
-        room_[i] = side * pieces;
-        cells += side * (side + strip_lanes - 1);
+        room_[i] = rows * pieces;
+        cells += rows * row_length(bodies[i].radius);
         strips += room_[i];
     }
     first_[n] = strips;
-    room_[n] = obstacle_.empty() ? 0 : static_cast<std::size_t>(ny_);
+    room_[n] = obstacle_.empty() ? 0 : row_start_.size() - 1;
     fraction_.resize(cells);
     strips_.resize(strips + room_[n]);
-    for (std::size_t y = 0; y < room_[n]; ++y) {
-        double const* const line = obstacle_.data() + y * static_cast<std::size_t>(nx_);
-        double const* const end = line + nx_;
+    for (std::size_t r = 0; r < room_[n]; ++r) {
+        double const* const line = obstacle_.data() + r * static_cast<std::size_t>(cells_[0]);
+        double const* const end = line + cells_[0];
         double const* const begin = std::find_if(line, end, [](double f) { return f > 0; });
         if (begin == end) continue;
         strips_[first_[n] + count_[n]++] = {
-            static_cast<std::ptrdiff_t>(n), static_cast<std::ptrdiff_t>(y), begin - line, end - begin, begin, 0, 0};
+            static_cast<std::ptrdiff_t>(n), static_cast<std::ptrdiff_t>(r), begin - line, end - begin, begin, {}};
     }
 }
 
-std::ptrdiff_t Coverage::update(std::span<Disc const> discs, sluice::Team& team)
+template <int D>
+std::ptrdiff_t Coverage<D>::update(std::span<Body<D> const> bodies, sluice::Team& team)
 {
     auto const same_layout = [&] {
-        if (shape_.size() != discs.size()) return false;
-        for (std::size_t i = 0; i < discs.size(); ++i)
-            if (shape_[i].radius != discs[i].radius) return false;
+        if (shape_.size() != bodies.size()) return false;
+        for (std::size_t i = 0; i < bodies.size(); ++i)
+            if (shape_[i].radius != bodies[i].radius) return false;
         return true;
     };
     if (!same_layout()) {
-        lay_out(discs);
-        shape_.assign(discs.size(), Shape{NAN, NAN, NAN});
+        lay_out(bodies);
+        shape_.assign(bodies.size(), Shape{{}, NAN});
     }
     std::atomic<std::ptrdiff_t> changed = 0;
-    team.share(static_cast<std::ptrdiff_t>(discs.size()), 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+    team.share(static_cast<std::ptrdiff_t>(bodies.size()), 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            Shape const now{discs[i].x, discs[i].y, discs[i].radius};
+            Shape const now{bodies[i].centre, bodies[i].radius};
             if (shape_[i] == now) continue;
             shape_[i] = now;
-            cover(i, discs[i]);
+            cover(i, bodies[i]);
             changed.fetch_add(1, std::memory_order_relaxed);
         }
     });
-    if (changed > 0 || discs.empty()) sort_by_row();
+    if (changed > 0 || bodies.empty()) sort_by_row();
     return changed;
 }
 
-//! Rasterises disc i and lists its strips, clipped to the domain or wrapped around it.
-void Coverage::cover(std::size_t i, Disc const& disc)
+//! Rasterises body i and lists its strips, clipped to the domain or wrapped around it.
+template <int D>
+void Coverage<D>::cover(std::size_t i, Body<D> const& body)
 {
     thread_local RasterScratch scratch;
     thread_local std::vector<std::ptrdiff_t> columns;
-    DiscBox const box = disc_box(disc.x, disc.y, disc.radius);
-    auto const width = static_cast<std::size_t>(box.width), height = static_cast<std::size_t>(box.height);
-    columns.resize(2 * height);
-    std::size_t const stride = width + strip_lanes - 1;
-    std::span<double> const fraction{fraction_.data() + box_start_[i], stride * height};
-    rasterise(disc.x, disc.y, disc.radius, box, fraction, columns, scratch);
+    SphereBox box;
+    if constexpr (D == 2) {
+        auto const [x0, y0, width, height] = disc_box(body.centre[0], body.centre[1], body.radius);
+        box = {{x0, y0, 0}, {width, height, 1}};
+    } else {
+        box = sphere_box(body.centre, body.radius);
+    }
+    std::ptrdiff_t const rows = box.size[1] * box.size[2], stride = box.size[0] + strip_lanes - 1;
+    columns.resize(static_cast<std::size_t>(2 * rows));
+    std::span<double> const fraction{fraction_.data() + box_start_[i], static_cast<std::size_t>(rows * stride)};
+    if constexpr (D == 2)
+        rasterise(body.centre[0], body.centre[1], body.radius, {box.first[0], box.first[1], box.size[0], box.size[1]},
+                  fraction, columns, scratch);
+    else
+        rasterise(body.centre, body.radius, box, fraction, columns);
     count_[i] = 0;
-    for (std::size_t j = 0; j < height; ++j) {
-        std::ptrdiff_t y = box.y0 + static_cast<std::ptrdiff_t>(j);
-        double const arm_y = static_cast<double>(y) + 0.5 - disc.y;
-        if (periodic_y_) y = wrap(y, ny_);
-        if (y < 0 || y >= ny_ || columns[2 * j] >= columns[2 * j + 1]) continue;
-        std::ptrdiff_t const begin = box.x0 + columns[2 * j];
-        count_[i] += add_strips(
-            first_[i] + count_[i],
-            {static_cast<std::ptrdiff_t>(i), y, begin, columns[2 * j + 1] - columns[2 * j],
-             fraction.data() + j * stride + columns[2 * j], static_cast<double>(begin) + 0.5 - disc.x, arm_y});
+    for (std::ptrdiff_t row = 0; row < rows; ++row) {
+        auto const begin = columns[static_cast<std::size_t>(2 * row)],
+                   end = columns[static_cast<std::size_t>(2 * row + 1)];
+        Extent at{box.first[0] + begin, box.first[1] + row % box.size[1], box.first[2] + row / box.size[1]};
+        std::array<double, D> arm;
+        for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(at[k]) + 0.5 - body.centre[k];
+        bool inside = begin < end;
+        for (std::size_t k = 1; k < D; ++k) {
+            if (periodic_[k]) at[k] = wrap(at[k], cells_[k]);
+            inside = inside && at[k] >= 0 && at[k] < cells_[k];
+        }
+        if (!inside) continue;
+        count_[i] +=
+            add_strips(first_[i] + count_[i], {static_cast<std::ptrdiff_t>(i), at[2] * cells_[1] + at[1], at[0],
+                                               end - begin, fraction.data() + row * stride + begin, arm});
     }
 }
 
 //! Writes the parts of a strip that lie in the domain to strips_[at...]; returns how many there are.
-std::size_t Coverage::add_strips(std::size_t at, Strip strip)
+template <int D>
+std::size_t Coverage<D>::add_strips(std::size_t at, Strip<D> strip)
 {
     std::size_t parts = 0;
+    std::ptrdiff_t const nx = cells_[0];
     while (strip.count > 0) {
-        std::ptrdiff_t const begin = periodic_x_ ? wrap(strip.begin, nx_) : std::max<std::ptrdiff_t>(strip.begin, 0);
-        std::ptrdiff_t const skipped = periodic_x_ ? 0 : begin - strip.begin;
-        std::ptrdiff_t const taken = std::min(strip.count - skipped, nx_ - begin);
+        std::ptrdiff_t const begin = periodic_[0] ? wrap(strip.begin, nx) : std::max<std::ptrdiff_t>(strip.begin, 0);
+        std::ptrdiff_t const skipped = periodic_[0] ? 0 : begin - strip.begin;
+        std::ptrdiff_t const taken = std::min(strip.count - skipped, nx - begin);
         if (taken <= 0) break;
-        strips_[at + parts++] = {
-            strip.body, strip.y, begin, taken, strip.fraction + skipped, strip.arm_x + static_cast<double>(skipped),
-            strip.arm_y};
-        if (!periodic_x_) break;
+        Strip<D>& part = strips_[at + parts++] = strip;
+        part.begin = begin;
+        part.count = taken;
+        part.fraction += skipped;
+        part.arm[0] += static_cast<double>(skipped);
+        if (!periodic_[0]) break;
         strip.begin += taken;
         strip.count -= taken;
         strip.fraction += taken;
-        strip.arm_x += static_cast<double>(taken);
+        strip.arm[0] += static_cast<double>(taken);
     }
     return parts;
 }
 
 //! Counting sort: by row, and within a row by body.
-void Coverage::sort_by_row()
+template <int D>
+void Coverage<D>::sort_by_row()
 {
     std::fill(row_start_.begin(), row_start_.end(), 0U);
     for (std::size_t i = 0; i < first_.size(); ++i)
         for (std::size_t k = first_[i]; k < first_[i] + count_[i]; ++k)
-            ++row_start_[static_cast<std::size_t>(strips_[k].y) + 1];
-    for (std::size_t y = 1; y < row_start_.size(); ++y) row_start_[y] += row_start_[y - 1];
+            ++row_start_[static_cast<std::size_t>(strips_[k].row) + 1];
+    for (std::size_t r = 1; r < row_start_.size(); ++r) row_start_[r] += row_start_[r - 1];
     by_row_.resize(row_start_.back());
     std::vector<std::uint32_t> next(row_start_.begin(), row_start_.end() - 1);
     for (std::size_t i = 0; i < first_.size(); ++i)
         for (std::size_t k = first_[i]; k < first_[i] + count_[i]; ++k)
-            by_row_[next[static_cast<std::size_t>(strips_[k].y)]++] = static_cast<std::uint32_t>(k);
+            by_row_[next[static_cast<std::size_t>(strips_[k].row)]++] = static_cast<std::uint32_t>(k);
 }
+
+template class Coverage<2>;
+template class Coverage<3>;
 
 }  // namespace lbm

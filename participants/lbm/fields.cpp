@@ -9,126 +9,162 @@
 namespace lbm {
 namespace {
 
-//! Cell values, lattice units, shape [y][x], before they are averaged.
+//! Cell values, lattice units, shape [z][y][x], before they are averaged.
+template <int D>
 struct Cells
 {
-    std::ptrdiff_t nx, ny;
-    std::vector<double> excess, ux, uy, fraction;
+    Extent n;
+    std::array<bool, 3> periodic;
+    std::vector<double> excess{}, fraction{};
+    std::array<std::vector<double>, D> velocity{};
+
+    std::size_t index(Extent const& at) const
+    {
+        return static_cast<std::size_t>((at[2] * n[1] + at[1]) * n[0] + at[0]);
+    }
+    //! d u_a / d x_b by differences of the neighbours; one-sided at an end unless periodic.
+    double gradient(std::size_t a, std::size_t b, Extent const& at) const
+    {
+        std::ptrdiff_t const i = at[b], count = n[b];
+        auto const value = [&](std::ptrdiff_t k) {
+            Extent there = at;
+            there[b] = k;
+            return velocity[a][index(there)];
+        };
+        if (count < 2) return 0;
+        if (periodic[b]) return 0.5 * (value((i + 1) % count) - value((i + count - 1) % count));
+        if (i == 0) return value(1) - value(0);
+        if (i == count - 1) return value(count - 1) - value(count - 2);
+        return 0.5 * (value(i + 1) - value(i - 1));
+    }
+    std::array<double, spins<D>> curl(Extent const& at) const
+    {
+        double const z = gradient(1, 0, at) - gradient(0, 1, at);
+        if constexpr (D == 2)
+            return {z};
+        else
+            return {gradient(2, 1, at) - gradient(1, 2, at), gradient(0, 2, at) - gradient(2, 0, at), z};
+    }
 };
-
-//! Derivative at index i of n by differences of the neighbours; one-sided at an end unless periodic.
-template <class At>
-double derivative(std::ptrdiff_t i, std::ptrdiff_t n, bool periodic, At&& at)
-{
-    if (n < 2) return 0;
-    if (periodic) return 0.5 * (at((i + 1) % n) - at((i + n - 1) % n));
-    if (i == 0) return at(1) - at(0);
-    if (i == n - 1) return at(n - 1) - at(n - 2);
-    return 0.5 * (at(i + 1) - at(i - 1));
-}
-
-double vorticity(Cells const& c, std::ptrdiff_t x, std::ptrdiff_t y, Walls const& walls)
-{
-    auto const at = [&](std::vector<double> const& v, std::ptrdiff_t i, std::ptrdiff_t j) {
-        return v[static_cast<std::size_t>(j * c.nx + i)];
-    };
-    return derivative(x, c.nx, walls.periodic_x, [&](std::ptrdiff_t i) { return at(c.uy, i, y); }) -
-           derivative(y, c.ny, walls.periodic_y, [&](std::ptrdiff_t j) { return at(c.ux, x, j); });
-}
 
 }  // namespace
 
 //! Lattice units. In a covered cell the velocity is (1 - B) u + B u_s: the mean of the cell's momentum before and after
 //! the collision, hence what flows through it.
-void Solver::read_row(std::ptrdiff_t y, RowState& row) const
+template <int D>
+void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
 {
+    using L = Lattice<D>;
     auto const n = static_cast<std::size_t>(populations_.nx());
-    for (auto* v : {&row.excess, &row.ux, &row.uy, &row.fraction}) v->assign(n, 0.0);
-    std::vector<double> solid_x(n), solid_y(n);
-    for (std::uint32_t const index : coverage_.row(y)) {
-        Strip const& s = coverage_.strips()[index];
-        bool const moves = s.body < static_cast<std::ptrdiff_t>(discs_.size());
-        Disc const disc = moves ? discs_[static_cast<std::size_t>(s.body)] : Disc{};
+    std::array<std::vector<double>, D> solid;
+    for (auto* v : {&row.excess, &row.fraction}) v->assign(n, 0.0);
+    for (auto& v : row.velocity) v.assign(n, 0.0);
+    for (auto& v : solid) v.assign(n, 0.0);
+    for (std::uint32_t const index : coverage_.row(r)) {
+        Strip<D> const& s = coverage_.strips()[index];
+        StripVelocity<D> const velocity(s, bodies_);
         for (std::ptrdiff_t k = 0; k < s.count; ++k) {
             auto const x = static_cast<std::size_t>(s.begin + k);
             row.fraction[x] += s.fraction[k];
-            solid_x[x] += s.fraction[k] * (disc.ux - disc.spin * s.arm_y);
-            solid_y[x] += s.fraction[k] * (disc.uy + disc.spin * (s.arm_x + static_cast<double>(k)));
+            for (std::size_t axis = 0; axis < D; ++axis)
+                solid[axis][x] += s.fraction[k] * velocity.at(axis, static_cast<int>(k));
         }
     }
-    double const* f[directions];
-    for (std::size_t q = 0; q < directions; ++q) f[q] = populations_.row(q, y);
+    std::array<double const*, L::directions> f;
+    for (std::size_t q = 0; q < f.size(); ++q) f[q] = populations_.row(q, r);
     for (std::size_t x = 0; x < n; ++x) {
-        double excess = 0, jx = 0, jy = 0;
-        for (std::size_t q = 0; q < directions; ++q) {
+        double excess = 0;
+        std::array<double, D> j{};
+        for (std::size_t q = 0; q < f.size(); ++q) {
             excess += f[q][x];
-            jx += cx[q] * f[q][x];
-            jy += cy[q] * f[q][x];
+            for (std::size_t axis = 0; axis < D; ++axis) j[axis] += L::c[q][axis] * f[q][x];
         }
         double const share = weight_per_fraction(row.fraction[x], relaxation_.tau);
-        double const solid = share * row.fraction[x];
+        double const fluid = 1 - share * row.fraction[x];
         row.excess[x] = excess;
-        row.ux[x] = (1 - solid) * (jx + 0.5 * relaxation_.force_x) / (1 + excess) + share * solid_x[x];
-        row.uy[x] = (1 - solid) * (jy + 0.5 * relaxation_.force_y) / (1 + excess) + share * solid_y[x];
+        for (std::size_t axis = 0; axis < D; ++axis)
+            row.velocity[axis][x] =
+                fluid * (j[axis] + 0.5 * relaxation_.force[axis]) / (1 + excess) + share * solid[axis][x];
         row.fraction[x] = std::min(row.fraction[x], 1.0);
     }
 }
 
-Fields Solver::fields(int coarsen)
+template <int D>
+Fields Solver<D>::fields(int coarsen)
 {
     complete();
-    coverage_.update(discs_, team_);
-    Cells c{populations_.nx(), populations_.ny(), {}, {}, {}, {}};
-    RowState row;
-    for (std::ptrdiff_t y = 0; y < c.ny; ++y) {
-        read_row(y, row);
-        c.excess.insert(c.excess.end(), row.excess.begin(), row.excess.end());
-        c.ux.insert(c.ux.end(), row.ux.begin(), row.ux.end());
-        c.uy.insert(c.uy.end(), row.uy.begin(), row.uy.end());
-        c.fraction.insert(c.fraction.end(), row.fraction.begin(), row.fraction.end());
+    coverage_.update(bodies_, team_);
+    Cells<D> c{.n = {populations_.nx(), populations_.ny(), populations_.nz()}, .periodic = walls_.periodic};
+    RowState<D> row;
+    auto const append = [](std::vector<double>& to, std::vector<double> const& more) {
+        to.insert(to.end(), more.begin(), more.end());
+    };
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+        read_row(r, row);
+        append(c.excess, row.excess);
+        append(c.fraction, row.fraction);
+        for (std::size_t axis = 0; axis < D; ++axis) append(c.velocity[axis], row.velocity[axis]);
     }
     std::ptrdiff_t const k = std::max(coarsen, 1);
-    Fields out{.nx = (c.nx + k - 1) / k,
-               .ny = (c.ny + k - 1) / k,
-               .spacing = static_cast<double>(k) * config_.cell,
-               .velocity = {},
-               .pressure = {},
-               .vorticity = {},
-               .solid_fraction = {}};
+    auto const blocks = [&](std::ptrdiff_t n) { return (n + k - 1) / k; };
+    Fields out;
+    out.nx = blocks(c.n[0]), out.ny = blocks(c.n[1]), out.nz = blocks(c.n[2]);
+    out.spacing = static_cast<double>(k) * config_.cell;
     LatticeUnits const unit = config_.units();
-    for (std::ptrdiff_t by = 0; by < out.ny; ++by) {
-        for (std::ptrdiff_t bx = 0; bx < out.nx; ++bx) {
-            double sum[5] = {}, cells = 0;
-            for (std::ptrdiff_t y = by * k; y < std::min(by * k + k, c.ny); ++y) {
-                for (std::ptrdiff_t x = bx * k; x < std::min(bx * k + k, c.nx); ++x) {
-                    auto const at = static_cast<std::size_t>(y * c.nx + x);
-                    double const value[5] = {c.ux[at], c.uy[at], c.excess[at], vorticity(c, x, y, walls_),
-                                             c.fraction[at]};
-                    for (int i = 0; i < 5; ++i) sum[i] += value[i];
+    auto const mean = [&](Extent const& block) {
+        std::array<double, 2 + freedoms> sum{};  // excess, fraction, velocity, vorticity
+        double cells = 0;
+        auto const end = [&](std::size_t axis) { return std::min(block[axis] * k + k, c.n[axis]); };
+        for (std::ptrdiff_t z = block[2] * k; z < end(2); ++z)
+            for (std::ptrdiff_t y = block[1] * k; y < end(1); ++y)
+                for (std::ptrdiff_t x = block[0] * k; x < end(0); ++x) {
+                    std::size_t const at = c.index({x, y, z});
+                    auto const curl = c.curl({x, y, z});
+                    sum[0] += c.excess[at];
+                    sum[1] += c.fraction[at];
+                    for (std::size_t axis = 0; axis < D; ++axis) sum[2 + axis] += c.velocity[axis][at];
+                    for (std::size_t axis = 0; axis < spins<D>; ++axis) sum[2 + D + axis] += curl[axis];
                     cells += 1;
                 }
+        for (double& value : sum) value /= cells;
+        return sum;
+    };
+    for (std::ptrdiff_t z = 0; z < out.nz; ++z)
+        for (std::ptrdiff_t y = 0; y < out.ny; ++y)
+            for (std::ptrdiff_t x = 0; x < out.nx; ++x) {
+                auto const value = mean({x, y, z});
+                out.pressure.push_back(unit.pressure(value[0]));
+                out.solid_fraction.push_back(value[1]);
+                for (std::size_t axis = 0; axis < D; ++axis)
+                    out.velocity.push_back(value[2 + axis] * unit.velocity_unit());
+                for (std::size_t axis = 0; axis < spins<D>; ++axis)
+                    out.vorticity.push_back(value[2 + D + axis] / config_.step);
             }
-            out.velocity.push_back(sum[0] / cells * unit.velocity_unit());
-            out.velocity.push_back(sum[1] / cells * unit.velocity_unit());
-            out.pressure.push_back(unit.pressure(sum[2] / cells));
-            out.vorticity.push_back(sum[3] / cells / config_.step);
-            out.solid_fraction.push_back(sum[4] / cells);
-        }
-    }
     return out;
 }
 
-double Solver::max_speed()
+template <int D>
+double Solver<D>::max_speed()
 {
     complete();
-    RowState row;
-    double square = 0;
-    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y) {
-        read_row(y, row);
-        for (std::size_t x = 0; x < row.ux.size(); ++x)
-            square = std::max(square, row.ux[x] * row.ux[x] + row.uy[x] * row.uy[x]);
+    RowState<D> row;
+    double largest = 0;
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+        read_row(r, row);
+        for (std::size_t x = 0; x < row.excess.size(); ++x) {
+            double square = 0;
+            for (auto const& component : row.velocity) square += component[x] * component[x];
+            largest = std::max(largest, square);
+        }
     }
-    return std::sqrt(square) * config_.units().velocity_unit();
+    return std::sqrt(largest) * config_.units().velocity_unit();
 }
+
+template void Solver<2>::read_row(std::ptrdiff_t, RowState<2>&) const;
+template void Solver<3>::read_row(std::ptrdiff_t, RowState<3>&) const;
+template Fields Solver<2>::fields(int);
+template Fields Solver<3>::fields(int);
+template double Solver<2>::max_speed();
+template double Solver<3>::max_speed();
 
 }  // namespace lbm

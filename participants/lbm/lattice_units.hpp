@@ -3,21 +3,23 @@
 namespace lbm {
 
 //! The one place that converts between SI and lattice units (cell = step = reference density = 1, suffix _lu).
-//! A force is per metre of depth: the flow is plane.
+//! In the plane what is extensive is per metre of depth (N/m and so on).
 struct LatticeUnits
 {
     double cell;     //!< dx [m]
     double step;     //!< dt [s]
     double density;  //!< rho_0 [kg/m3]
+    int dimension = 2;
 
     double velocity_unit() const noexcept { return cell / step; }                                  //!< [m/s]
     double acceleration_unit() const noexcept { return cell / (step * step); }                     //!< [m/s2]
     double viscosity_unit() const noexcept { return cell * cell / step; }                          //!< [m2/s]
     double pressure_unit() const noexcept { return density * velocity_unit() * velocity_unit(); }  //!< [Pa]
-    double force_unit() const noexcept { return pressure_unit() * cell; }                          //!< [N/m]
-    double torque_unit() const noexcept { return force_unit() * cell; }                            //!< [N m/m]
-    double momentum_unit() const noexcept { return force_unit() * step; }                          //!< [N s/m]
-    double mass_unit() const noexcept { return density * cell * cell; }                            //!< [kg/m]
+    double area_unit() const noexcept { return dimension == 2 ? cell : cell * cell; }              //!< [m2]
+    double force_unit() const noexcept { return pressure_unit() * area_unit(); }                   //!< [N]
+    double torque_unit() const noexcept { return force_unit() * cell; }                            //!< [N m]
+    double momentum_unit() const noexcept { return force_unit() * step; }                          //!< [N s]
+    double mass_unit() const noexcept { return density * area_unit() * cell; }                     //!< [kg]
 
     //! p - p_0 = c_s^2 (rho - rho_0) [Pa] from the density excess in lattice units.
     double pressure(double density_excess_lu) const noexcept { return density_excess_lu / 3.0 * pressure_unit(); }

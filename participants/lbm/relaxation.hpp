@@ -8,13 +8,13 @@ namespace lbm {
 //! One collision serves all operators: equal rates are BGK, one rate for the even and one for the odd moments is TRT.
 struct Relaxation
 {
-    double energy;            //!< s_e
-    double square;            //!< s_eps
-    double flux;              //!< s_q
-    double shear;             //!< s_nu = 1/tau
-    double tau;               //!< of the molecular viscosity
-    double smagorinsky_term;  //!< 18 C_s^2: tau_eff = (tau + sqrt(tau^2 + 18 C_s^2 |(p_xx, 2 p_xy)|/rho))/2
-    double force_x, force_y;  //!< rho_0 a
+    double energy;                //!< s_e
+    double square;                //!< s_eps
+    double flux;                  //!< s_q
+    double shear;                 //!< s_nu = 1/tau
+    double tau;                   //!< of the molecular viscosity
+    double smagorinsky_term;      //!< 18 C_s^2: tau_eff = (tau + sqrt(tau^2 + 18 C_s^2 |(p_xx, 2 p_xy)|/rho))/2
+    std::array<double, 3> force;  //!< rho_0 a
 };
 
 inline Relaxation relaxation(Config const& c) noexcept
@@ -29,8 +29,7 @@ inline Relaxation relaxation(Config const& c) noexcept
                  .shear = shear,
                  .tau = tau,
                  .smagorinsky_term = 18 * c.smagorinsky * c.smagorinsky,
-                 .force_x = c.acceleration[0] / unit,
-                 .force_y = c.acceleration[1] / unit};
+                 .force = {c.acceleration[0] / unit, c.acceleration[1] / unit, c.acceleration[2] / unit}};
     if (c.collision == Operator::trt) {
         r.energy = r.square = shear;
         r.flux = odd;

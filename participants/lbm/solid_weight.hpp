@@ -12,7 +12,9 @@ inline constexpr double full_weight = 0.95;
 //! B in cells deeper than `skin` cells below a disc's surface, where no population comes from outside: what is inside
 //! takes the disc's velocity in one step (2 B = 1), so that its inertia can be given back in the same step.
 inline constexpr double core_weight = 0.5;
-inline constexpr double skin = 2.13;  //!< > 3/sqrt(2): the eight neighbours of such a cell are covered wholly
+//! Neighbours of such a cell are covered wholly: > 3/sqrt(2) in the plane, sqrt(19)/2 in space.
+template <int D>
+inline constexpr double skin = D == 2 ? 2.13 : 2.18;
 
 //! B/eps [-]: the weight of the solid's collision for each unit of area fraction in a cell that bodies cover by
 //! `fraction` in all. B = eps (tau - 1/2)/((1 - eps) + (tau - 1/2)), Noble and Torczynski, Int. J. Mod. Phys. C 9

@@ -16,39 +16,42 @@ namespace lbm {
 
 struct SolidRow;
 
-//! The discs of one step, SI. Their number may change from step to step.
-struct DiscsView
+//! The discs or spheres of one step, SI. Their number may change from step to step.
+struct BodiesView
 {
-    std::span<double const> position;          //!< [m], shape [disc][2]
-    std::span<double const> velocity;          //!< [m/s], shape [disc][2]
-    std::span<double const> angular_velocity;  //!< [1/s], shape [disc]
+    std::span<double const> position;          //!< [m], shape [body][D]
+    std::span<double const> velocity;          //!< [m/s], shape [body][D]
+    std::span<double const> angular_velocity;  //!< [1/s], shape [body], in space [body][3]
     std::span<double const> radius;            //!< R [m], the grain's own; the fluid sees hydrodynamic_radius * R
     std::span<std::uint64_t const> id = {};    //!< names that last; empty: the index is the name
 };
 
-//! What the fluid did to the discs, SI, in the order of the discs.
+//! What the fluid did to the bodies, SI, in their order; discs: per metre of depth.
 struct LoadsView
 {
-    std::span<double const> force;   //!< [N/m], shape [disc][2]
-    std::span<double const> torque;  //!< about the centre [N m/m], shape [disc]
+    std::span<double const> force;   //!< [N], shape [body][D]
+    std::span<double const> torque;  //!< about the centre [N m], shape as angular_velocity
 };
 
 //! State of the fluid at a point, for Solver::set_state().
+template <int D>
 struct PointState
 {
-    double velocity[2] = {0, 0};        //!< [m/s]
-    double pressure = 0;                //!< p - p_0 [Pa]
-    double gradient[4] = {0, 0, 0, 0};  //!< du/dx, du/dy, dv/dx, dv/dy [1/s]: the stress to start with
+    std::array<double, D> velocity{};                    //!< [m/s]
+    double pressure = 0;                                 //!< p - p_0 [Pa]
+    std::array<std::array<double, D>, D> gradient = {};  //!< [a][b]: d u_a/d x_b [1/s]: the stress to start with
 };
 
 //! How the work of the last step was shared out.
 struct Share
 {
-    double covered_cells;  //!< run by the kernel that knows grains, of all cells [-]
-    double rebuilt_discs;  //!< whose area fractions were computed anew, of all discs [-]
+    double covered_cells;   //!< run by the kernel that knows grains, of all cells [-]
+    double rebuilt_bodies;  //!< whose solid fractions were computed anew, of all bodies [-]
 };
 
-//! Fluid on a D2Q9 lattice with moving discs (equations, limits: README.md). SI outside, lattice units inside.
+//! Fluid with moving bodies (equations, limits: README.md): D2Q9 with discs, D3Q19 with spheres. SI outside, lattice
+//! units inside.
+template <int D>
 class Solver
 {
  public:
@@ -60,9 +63,9 @@ class Solver
     std::int64_t steps() const noexcept { return steps_; }
     Config const& config() const noexcept { return config_; }
 
-    void set_discs(DiscsView const& discs);           //!< where they are at the start of the next step
-    void set_obstacle(std::vector<double> fraction);  //!< solid at rest: area fraction of every cell, shape [y][x]
-    void set_state(std::function<PointState(double x, double y)> const& at);
+    void set_bodies(BodiesView const& bodies);        //!< where they are at the start of the next step
+    void set_obstacle(std::vector<double> fraction);  //!< solid at rest: fraction of every cell, shape [z][y][x]
+    void set_state(std::function<PointState<D>(std::array<double, D> const& at)> const& state);
     void step();  //!< one time_step(); throws Error (exit 6) if the run blew up
     LoadsView loads() const noexcept { return {force_, torque_}; }  //!< of the last step
     LoadsView exchange() const noexcept
@@ -72,61 +75,62 @@ class Solver
 
     Fields fields(int coarsen = 1);
     double max_speed();                //!< [m/s]
-    double mass();                     //!< sum of rho dx^2, solids' fluid included [kg/m]
-    std::array<double, 2> momentum();  //!< of the same [N s/m]
+    double mass();                     //!< sum of rho dx^D, solids' fluid included [kg]; in the plane per metre
+    std::array<double, D> momentum();  //!< of the same [N s]
     Share share() const noexcept { return share_; }
     std::size_t bytes() const noexcept { return populations_.bytes(); }
 
-    //! Puts in all that a run needs to go on: `steps`; of the discs `discs/id`, `discs/place` (Disc, lattice units),
-    //! `discs/displaced`; of the discs of the last step `last/id`, `last/velocity` [m/s, 1/s], `last/exchange` [N/m, N
-    //! m/m]; `populations/0` to `populations/8`, shape [y][x].
+    //! Puts in all that a run needs to go on: `steps`; of the bodies `bodies/id`, `bodies/place` (Body, lattice units),
+    //! `bodies/displaced`; of the bodies of the last step `last/id`, `last/velocity` [m/s, 1/s], `last/exchange` [N, N
+    //! m]; `populations/0` and so on, shape [z][y][x].
     void keep(sluice::State& kept);
     //! Of a solver with the same configuration. Throws Error (exit 7) for a state of another lattice.
     void restore(sluice::State const& kept);
 
  private:
-    void collide_row(std::ptrdiff_t y);
-    void collide_covered_row(std::ptrdiff_t y, std::span<std::uint32_t const> strips);
+    //! Velocity and angular velocity, or force and torque, of one body.
+    static constexpr std::size_t freedoms = D + spins<D>;
+    using Motion = std::array<double, freedoms>;
+
+    void collide_row(std::ptrdiff_t r);
+    void collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t const> strips);
     void add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid);
     bool sum_loads();
     void find_loads();
-    void check_discs(DiscsView const& discs) const;
-    void resize_loads(std::size_t discs);
+    void check_bodies(BodiesView const& bodies) const;
+    void resize_loads(std::size_t bodies);
     void complete();
-    void read_row(std::ptrdiff_t y, RowState& row) const;
+    std::array<double, D> centre_of(std::ptrdiff_t x, std::ptrdiff_t r) const;
+    void read_row(std::ptrdiff_t r, RowState<D>& row) const;
     void watch();
     void report_blow_up();
 
-    //! The fluid that a disc displaces.
+    //! The fluid that a body displaces.
     struct Displaced
     {
-        double mass;                     //!< [kg/m]
-        double gyration;                 //!< squared radius of gyration [m2]
-        std::array<double, 3> velocity;  //!< the disc's velocity and angular velocity [m/s, 1/s]
+        double mass;      //!< [kg]
+        double gyration;  //!< squared radius of gyration [m2]
+        Motion motion;    //!< of the body [m/s, 1/s]
     };
-    //! What a step leaves to the next one about a disc: Displaced::velocity, exchanged force and torque [N/m, N m/m].
+    //! What a step leaves to the next one about a body.
     struct Past
     {
-        std::array<double, 3> velocity, exchange;
+        Motion motion, exchange;
     };
-    struct StripLoad
-    {
-        double force_x, force_y, torque;
-    };
-    using Kernel = void (*)(Slots const&, std::ptrdiff_t, std::ptrdiff_t, Relaxation const&, SolidRow const&);
+    using Kernel = void (*)(Slots<D> const&, std::ptrdiff_t, std::ptrdiff_t, Relaxation const&, SolidRow const&);
 
     Config config_;
     Relaxation relaxation_;
     Walls walls_;
     Kernel fluid_ = nullptr, covered_ = nullptr;
     sluice::Team team_;
-    Populations populations_;
-    Coverage coverage_;
-    std::vector<Disc> discs_;
+    Populations<D> populations_;
+    Coverage<D> coverage_;
+    std::vector<Body<D>> bodies_;
     std::vector<Displaced> displaced_;
     std::vector<std::uint64_t> id_, last_id_;
-    std::vector<Past> past_;  //!< of the discs last_id_
-    std::vector<StripLoad> strip_load_;
+    std::vector<Past> past_;          //!< of the bodies last_id_
+    std::vector<Motion> strip_load_;  //!< force and torque [lattice units]
     std::vector<double> force_, torque_, exchange_, exchange_torque_;
     std::vector<std::ptrdiff_t> covered_cells_;  //!< for each row
     Share share_{};

@@ -1,5 +1,6 @@
 // Solver: what goes in and comes out between two steps.
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -25,66 +26,86 @@ std::string format(char const* pattern, Value... value)
     return text;
 }
 
+//! Numbers with commas between.
+std::string listed(std::span<double const> numbers)
+{
+    std::string text;
+    for (double const number : numbers) text += format(text.empty() ? "%g" : ", %g", number);
+    return text;
+}
+
 }  // namespace
 
-void Solver::check_discs(DiscsView const& discs) const
+template <int D>
+void Solver<D>::check_bodies(BodiesView const& bodies) const
 {
-    std::size_t const n = discs.radius.size();
-    bool const shaped = discs.position.size() == 2 * n && discs.velocity.size() == 2 * n &&
-                        discs.angular_velocity.size() == n && (discs.id.empty() || discs.id.size() == n);
+    std::size_t const n = bodies.radius.size();
+    bool const shaped = bodies.position.size() == D * n && bodies.velocity.size() == D * n &&
+                        bodies.angular_velocity.size() == spins<D> * n && (bodies.id.empty() || bodies.id.size() == n);
     require(shaped, [&] {
-        return Error("fluid: the discs' arrays differ in length (all must have one entry a disc).", Exit::protocol);
+        return Error("fluid: the bodies' arrays differ in length (all must have one entry a body).", Exit::protocol);
     });
+    auto const finite = [](std::span<double const> values) {
+        return std::ranges::all_of(values, [](double v) { return std::isfinite(v); });
+    };
     for (std::size_t i = 0; i < n; ++i) {
-        bool const finite = std::isfinite(discs.position[2 * i] + discs.position[2 * i + 1] + discs.velocity[2 * i] +
-                                          discs.velocity[2 * i + 1] + discs.angular_velocity[i]);
-        require(finite && discs.radius[i] > 0 && std::isfinite(discs.radius[i]), [&] {
-            return Error(
-                format("fluid: disc %zu at t = %g s: position (%g, %g) m, radius %g m (must be finite, radius > 0).",
-                       discs.id.empty() ? i : static_cast<std::size_t>(discs.id[i]), time(), discs.position[2 * i],
-                       discs.position[2 * i + 1], discs.radius[i]),
-                Exit::numerical);
+        bool const placed = finite(bodies.position.subspan(D * i, D)) && finite(bodies.velocity.subspan(D * i, D)) &&
+                            finite(bodies.angular_velocity.subspan(spins<D> * i, spins<D>));
+        require(placed && bodies.radius[i] > 0 && std::isfinite(bodies.radius[i]), [&] {
+            return Error(format("fluid: body %zu at t = %g s: position (%s) m, radius %g m (must be finite, radius > "
+                                "0).",
+                                bodies.id.empty() ? i : static_cast<std::size_t>(bodies.id[i]), time(),
+                                listed(bodies.position.subspan(D * i, D)).c_str(), bodies.radius[i]),
+                         Exit::numerical);
         });
     }
 }
 
-void Solver::set_discs(DiscsView const& discs)
+template <int D>
+void Solver<D>::set_bodies(BodiesView const& bodies)
 {
-    check_discs(discs);
-    std::size_t const n = discs.radius.size();
-    double const cell = config_.cell, velocity_unit = config_.units().velocity_unit();
-    discs_.resize(n);
+    check_bodies(bodies);
+    std::size_t const n = bodies.radius.size();
+    double const cell = config_.cell, velocity_unit = config_.units().velocity_unit(), pi = std::numbers::pi;
+    bodies_.resize(n);
     id_.resize(n);
     displaced_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
-        double const radius = config_.hydrodynamic_radius * discs.radius[i];
-        discs_[i] = {.x = (discs.position[2 * i] - config_.origin[0]) / cell,
-                     .y = (discs.position[2 * i + 1] - config_.origin[1]) / cell,
-                     .radius = radius / cell,
-                     .ux = discs.velocity[2 * i] / velocity_unit,
-                     .uy = discs.velocity[2 * i + 1] / velocity_unit,
-                     .spin = discs.angular_velocity[i] * config_.step};
-        id_[i] = discs.id.empty() ? i : discs.id[i];
-        displaced_[i] = {.mass = config_.density * std::numbers::pi * radius * radius,
-                         .gyration = 0.5 * radius * radius,
-                         .velocity = {discs.velocity[2 * i], discs.velocity[2 * i + 1], discs.angular_velocity[i]}};
+        double const r = config_.hydrodynamic_radius * bodies.radius[i];
+        Body<D>& body = bodies_[i];
+        Displaced& displaced = displaced_[i];
+        displaced.mass = config_.density * (D == 2 ? pi * r * r : 4.0 / 3.0 * pi * r * r * r);
+        displaced.gyration = (D == 2 ? 0.5 : 0.4) * r * r;
+        body.radius = r / cell;
+        for (std::size_t k = 0; k < D; ++k) {
+            body.centre[k] = (bodies.position[D * i + k] - config_.origin[k]) / cell;
+            body.velocity[k] = bodies.velocity[D * i + k] / velocity_unit;
+            displaced.motion[k] = bodies.velocity[D * i + k];
+        }
+        for (std::size_t k = 0; k < spins<D>; ++k) {
+            body.spin[k] = bodies.angular_velocity[spins<D> * i + k] * config_.step;
+            displaced.motion[D + k] = bodies.angular_velocity[spins<D> * i + k];
+        }
+        id_[i] = bodies.id.empty() ? i : bodies.id[i];
     }
     resize_loads(n);
 }
 
-void Solver::resize_loads(std::size_t discs)
+template <int D>
+void Solver<D>::resize_loads(std::size_t bodies)
 {
-    for (auto* v : {&force_, &exchange_}) v->resize(2 * discs);
-    for (auto* v : {&torque_, &exchange_torque_}) v->resize(discs);
+    for (auto* v : {&force_, &exchange_}) v->resize(D * bodies);
+    for (auto* v : {&torque_, &exchange_torque_}) v->resize(spins<D> * bodies);
 }
 
-//! From the momentum exchanged to the load on a disc:
+//! From the momentum exchanged to the load on a body:
 //!     load = (exchange of this step + exchange of the last)/2 + m_f (dU/dt - a)
-//! The mean takes out the swing of period 2 that the populations thrown back inside a disc make; half of the last
-//! exchange is always under way. m_f = rho_0 pi r^2 is fluid that the lattice keeps inside a disc and that does not
+//! The mean takes out the swing of period 2 that the populations thrown back inside a body make; half of the last
+//! exchange is always under way. m_f = rho_0 V is fluid that the lattice keeps inside a body and that does not
 //! exist: it is carried along and feels the body force. m_f a makes the buoyancy -rho_0 V a, exactly. dU is the change
-//! of the disc's velocity since the last step; a new disc has no past.
-void Solver::find_loads()
+//! of the body's velocity since the last step; a new body has no past.
+template <int D>
+void Solver<D>::find_loads()
 {
     std::size_t const n = id_.size();
     std::unordered_map<std::uint64_t, std::size_t> where;
@@ -94,49 +115,62 @@ void Solver::find_loads()
     double const rate = 1 / config_.step;
     for (std::size_t i = 0; i < n; ++i) {
         Displaced const& d = displaced_[i];
-        now[i] = {d.velocity, {exchange_[2 * i], exchange_[2 * i + 1], exchange_torque_[i]}};
+        now[i].motion = d.motion;
+        std::copy_n(exchange_.data() + D * i, D, now[i].exchange.begin());
+        std::copy_n(exchange_torque_.data() + spins<D> * i, spins<D>, now[i].exchange.begin() + D);
         auto const found = same ? where.end() : where.find(id_[i]);
-        Past const past = same ? past_[i] : found != where.end() ? past_[found->second] : Past{d.velocity, {0, 0, 0}};
+        Past const past = same ? past_[i] : found != where.end() ? past_[found->second] : Past{d.motion, {}};
         auto const load = [&](std::size_t k, double inertia) {
-            return 0.5 * (now[i].exchange[k] + past.exchange[k]) + inertia * rate * (d.velocity[k] - past.velocity[k]);
+            return 0.5 * (now[i].exchange[k] + past.exchange[k]) + inertia * rate * (d.motion[k] - past.motion[k]);
         };
-        force_[2 * i] = load(0, d.mass) - d.mass * config_.acceleration[0];
-        force_[2 * i + 1] = load(1, d.mass) - d.mass * config_.acceleration[1];
-        torque_[i] = load(2, d.mass * d.gyration);
+        for (std::size_t k = 0; k < D; ++k) force_[D * i + k] = load(k, d.mass) - d.mass * config_.acceleration[k];
+        for (std::size_t k = 0; k < spins<D>; ++k) torque_[spins<D> * i + k] = load(D + k, d.mass * d.gyration);
     }
     past_ = std::move(now);
     if (!same) last_id_ = id_;
 }
 
-void Solver::set_obstacle(std::vector<double> fraction)
+template <int D>
+void Solver<D>::set_obstacle(std::vector<double> fraction)
 {
-    auto const cells = static_cast<std::size_t>(populations_.nx() * populations_.ny());
+    auto const cells = static_cast<std::size_t>(populations_.cells());
     require(fraction.size() == cells, [&] {
         return Error(format("fluid: the obstacle has %zu cells (the lattice has %zu).", fraction.size(), cells));
     });
     coverage_.set_obstacle(std::move(fraction));
 }
 
-//! Equilibrium plus the first-order stress -tau w_q rho/c_s^2 (c c - c_s^2 I) : grad u, less half the force.
-void Solver::set_state(std::function<PointState(double x, double y)> const& at)
+//! Where the centre of a cell is [m].
+template <int D>
+std::array<double, D> Solver<D>::centre_of(std::ptrdiff_t x, std::ptrdiff_t r) const
 {
+    std::array<std::ptrdiff_t, 3> const cell{x, populations_.y_of(r), populations_.z_of(r)};
+    std::array<double, D> at;
+    for (std::size_t k = 0; k < D; ++k) at[k] = config_.origin[k] + (static_cast<double>(cell[k]) + 0.5) * config_.cell;
+    return at;
+}
+
+//! Equilibrium plus the first-order stress -tau w_q rho/c_s^2 (c c - c_s^2 I) : grad u, less half the force.
+template <int D>
+void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> const& at)> const& state)
+{
+    using L = Lattice<D>;
     LatticeUnits const unit = config_.units();
-    double const velocity = unit.velocity_unit();
-    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y) {
-        Slots const f = populations_.row(y);
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+        Slots<D> const f = populations_.row(r);
         for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) {
-            PointState const s = at(config_.origin[0] + (static_cast<double>(x) + 0.5) * config_.cell,
-                                    config_.origin[1] + (static_cast<double>(y) + 0.5) * config_.cell);
+            PointState<D> const s = state(centre_of(x, r));
             double const excess = unit.density_excess_lu(s.pressure), rho = 1 + excess;
-            double const ux = s.velocity[0] / velocity, uy = s.velocity[1] / velocity;
-            double g[4];
-            for (int k = 0; k < 4; ++k) g[k] = s.gradient[k] * config_.step;
-            for (std::size_t q = 0; q < directions; ++q) {
-                double const stress =
-                    cx[q] * cx[q] * g[0] + cx[q] * cy[q] * (g[1] + g[2]) + cy[q] * cy[q] * g[3] - (g[0] + g[3]) / 3;
-                double const force = cx[q] * relaxation_.force_x + cy[q] * relaxation_.force_y;
-                f[q][x] = equilibrium(static_cast<int>(q), excess, ux, uy) -
-                          weight[q] * (3 * rho * relaxation_.tau * stress + 1.5 * force);
+            std::array<double, D> u = s.velocity;
+            for (double& v : u) v /= unit.velocity_unit();
+            for (std::size_t q = 0; q < L::directions; ++q) {
+                double stress = 0;
+                for (std::size_t a = 0; a < D; ++a)
+                    for (std::size_t b = 0; b < D; ++b)
+                        stress +=
+                            (L::c[q][a] * L::c[q][b] - (a == b ? 1.0 / 3 : 0.0)) * s.gradient[a][b] * config_.step;
+                f[q][x] = equilibrium<D>(q, excess, u) -
+                          L::weight[q] * (3 * rho * relaxation_.tau * stress + 1.5 * dot(L::c[q], relaxation_.force));
             }
         }
     }
@@ -144,76 +178,85 @@ void Solver::set_state(std::function<PointState(double x, double y)> const& at)
 }
 
 //! Writes what enters from outside, so that every cell's populations are those of now.
-void Solver::complete()
+template <int D>
+void Solver<D>::complete()
 {
     if (complete_) return;
-    team_.share(populations_.ny(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t y = begin; y < end; ++y) enter_from_outside(populations_, y, walls_);
+    team_.share(populations_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t r = begin; r < end; ++r) enter_from_outside(populations_, r, walls_);
     });
-    coverage_.update(discs_, team_);
+    coverage_.update(bodies_, team_);
     complete_ = true;
 }
 
-double Solver::mass()
+template <int D>
+double Solver<D>::mass()
 {
     complete();
     double sum = 0;
-    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y)
-        for (std::size_t q = 0; q < directions; ++q)
-            for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) sum += populations_.row(q, y)[x];
-    return (sum + static_cast<double>(populations_.nx() * populations_.ny())) * config_.units().mass_unit();
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r)
+        for (std::size_t q = 0; q < Lattice<D>::directions; ++q)
+            for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) sum += populations_.row(q, r)[x];
+    return (sum + static_cast<double>(populations_.cells())) * config_.units().mass_unit();
 }
 
-std::array<double, 2> Solver::momentum()
+template <int D>
+std::array<double, D> Solver<D>::momentum()
 {
     complete();
-    double sum_x = 0, sum_y = 0;
-    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y)
-        for (std::size_t q = 1; q < directions; ++q)
-            for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) {
-                sum_x += cx[q] * populations_.row(q, y)[x];
-                sum_y += cy[q] * populations_.row(q, y)[x];
-            }
-    double const unit = config_.units().momentum_unit();
-    return {sum_x * unit, sum_y * unit};
+    std::array<double, D> sum{};
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r)
+        for (std::size_t q = 1; q < Lattice<D>::directions; ++q)
+            for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x)
+                for (std::size_t k = 0; k < D; ++k) sum[k] += Lattice<D>::c[q][k] * populations_.row(q, r)[x];
+    for (double& component : sum) component *= config_.units().momentum_unit();
+    return sum;
 }
 
 //! Stops the run at the first cell that is not finite, too fast or too dense: one vector pass over the rows, and only
 //! if it finds something the slow search that can say where.
-void Solver::watch()
+template <int D>
+void Solver<D>::watch()
 {
     complete();
     std::atomic<bool> found = false;
-    team_.share(populations_.ny(), 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t y = begin; y < end; ++y)
-            if (has_blown_up(populations_.row(y), populations_.nx())) found.store(true, std::memory_order_relaxed);
+    team_.share(populations_.rows(), 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t r = begin; r < end; ++r)
+            if (has_blown_up<D>(populations_.row(r), populations_.nx())) found.store(true, std::memory_order_relaxed);
     });
     if (found) report_blow_up();
 }
 
-void Solver::report_blow_up()
+template <int D>
+void Solver<D>::report_blow_up()
 {
-    RowState row;
-    for (std::ptrdiff_t y = 0; y < populations_.ny(); ++y) {
-        read_row(y, row);
-        Slots cell = populations_.row(y);
-        for (std::size_t x = 0; x < row.ux.size(); ++x) {
-            bool const bad = has_blown_up(cell, 1);
+    RowState<D> row;
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+        read_row(r, row);
+        Slots<D> cell = populations_.row(r);
+        for (std::size_t x = 0; x < row.excess.size(); ++x) {
+            bool const bad = has_blown_up<D>(cell, 1);
             for (double*& slot : cell) ++slot;
             require(!bad, [&] {
                 double const unit = config_.units().velocity_unit();
+                double square = 0;
+                for (auto const& component : row.velocity) square += component[x] * component[x];
+                std::string place = format("%zu, %td", x, populations_.y_of(r));
+                if constexpr (D == 3) place += format(", %td", populations_.z_of(r));
                 return Error(
-                    format("fluid: t = %g s (step %lld), cell (%zu, %td) at (%g, %g) m: speed %g m/s, density %g of "
-                           "rho_0 (speed must stay below %g m/s, density within 0.5 to 1.5). Take a shorter step (a "
-                           "smaller lattice_velocity), a smaller cell, or les.",
-                           time(), static_cast<long long>(steps_), x, y,
-                           config_.origin[0] + (static_cast<double>(x) + 0.5) * config_.cell,
-                           config_.origin[1] + (static_cast<double>(y) + 0.5) * config_.cell,
-                           std::hypot(row.ux[x], row.uy[x]) * unit, 1 + row.excess[x], speed_limit * unit),
+                    format("fluid: t = %g s (step %lld), cell (%s) at (%s) m: speed %g m/s, density %g of rho_0 (speed "
+                           "must stay below %g m/s, density within 0.5 to 1.5). Take a shorter step (a smaller "
+                           "lattice_velocity), a smaller cell, or les.",
+                           time(), static_cast<long long>(steps_), place.c_str(),
+                           listed(centre_of(static_cast<std::ptrdiff_t>(x), r)).c_str(), std::sqrt(square) * unit,
+                           1 + row.excess[x], speed_limit * unit),
                     Exit::numerical);
             });
         }
     }
 }
+
+template class Solver<2>;
+template class Solver<3>;
 
 }  // namespace lbm

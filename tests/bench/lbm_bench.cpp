@@ -37,21 +37,24 @@ void note(char const* name, char const* metric, double value, char const* unit, 
         {{"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}, {"against", against}, {"ratio", ratio}});
 }
 
-constexpr double bytes_per_update = 2.0 * lbm::directions * sizeof(double);  //!< every population read and written once
+template <int D>
+constexpr double bytes_per_update = 2.0 * lbm::Lattice<D>::directions *
+                                    sizeof(double);  //!< every population read and written once
 
 //! Best rate of a[i] = s a[i] over nine arrays far larger than the caches [B/s]: what an in-place step can reach.
-double in_place_bandwidth(int threads, Size const& size)
+template <int D>
+double in_place_bandwidth(int threads, lbm::Extent const& cells)
 {
     sluice::Team team(threads);
-    lbm::Populations memory(size.nx, size.ny, team);  // the solver's own arrays: huge pages
-    std::ptrdiff_t const piece = size.ny * memory.stride();
-    auto const bytes = static_cast<double>(lbm::directions * piece) * sizeof(double);
+    lbm::Populations<D> memory(cells, team);  // the solver's own arrays: huge pages
+    std::ptrdiff_t const piece = cells[2] * cells[1] * memory.stride();
+    double const bytes = static_cast<double>(lbm::Lattice<D>::directions) * static_cast<double>(piece) * sizeof(double);
     double best = 0;
     for (int repeat = 0; repeat < 6; ++repeat) {
         auto const start = Clock::now();
         team.share(piece, 1 << 14, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            for (std::ptrdiff_t q = 0; q < lbm::directions; ++q) {
-                double* const a = memory.row(static_cast<std::size_t>(q), 0);
+            for (std::size_t q = 0; q < lbm::Lattice<D>::directions; ++q) {
+                double* const a = memory.row(q, 0);
                 for (std::ptrdiff_t i = begin; i < end; ++i) a[i] = a[i] * 1.0000001;
             }
         });
@@ -103,7 +106,7 @@ struct Column
     {
         for (std::size_t k = 0; k < position.size(); ++k) position[k] += velocity[k];
     }
-    lbm::DiscsView view() const { return {position, velocity, spin, radius}; }
+    lbm::BodiesView view() const { return {position, velocity, spin, radius}; }
 };
 
 //! Updates of a cell a second, whole steps: area fractions, boundaries, collision, streaming, force sums. No column: no
@@ -111,14 +114,14 @@ struct Column
 double rate(lbm::Config const& c, Size const& size, char const* name = nullptr, Column column = {0, 1, 1, 0})
 {
     bool const grains = name != nullptr;
-    lbm::Solver solver(c);
+    lbm::Solver<2> solver(c);
     double best = 0;
     for (int block = 0; block < 4; ++block) {
         auto const start = Clock::now();
         for (int k = 0; k < size.steps; ++k) {
             if (grains) {
                 column.move();
-                solver.set_discs(column.view());
+                solver.set_bodies(column.view());
             }
             solver.step();
         }
@@ -127,6 +130,41 @@ double rate(lbm::Config const& c, Size const& size, char const* name = nullptr, 
     if (grains)
         note(name, "cells near grains", 100 * solver.share().covered_cells, "%", "all cells",
              solver.share().covered_cells);
+    return best;
+}
+
+//! The same in space: a cube of cells, with `spheres` each way or none.
+double rate_in_space(std::ptrdiff_t side, int threads, lbm::Operator collision, double smagorinsky, int spheres)
+{
+    lbm::Config c;
+    c.dimension = 3;
+    c.cell = c.step = c.density = 1;
+    c.size.fill(static_cast<double>(side));
+    c.viscosity = 0.01;
+    c.collision = collision;
+    c.smagorinsky = smagorinsky;
+    c.threads = threads;
+    lbm::Solver<3> solver(c);
+    std::vector<double> position, velocity, spin, radius;
+    double const pitch = static_cast<double>(side) / (spheres + 1);
+    for (int i = 0; i < spheres * spheres * spheres; ++i) {
+        for (int const k : {i % spheres, i / spheres % spheres, i / spheres / spheres})
+            position.push_back(pitch * (k + 1) + 0.3 * std::sin(7.0 * i + k));
+        velocity.insert(velocity.end(), {1e-3 * std::sin(i), 1e-3 * std::cos(i), -1e-3});
+        spin.insert(spin.end(), {1e-4, 1e-4 * std::cos(i), 0});
+        radius.push_back(0.45 * pitch);
+    }
+    constexpr int steps = 10;
+    double best = 0;
+    for (int block = 0; block < 4; ++block) {
+        auto const start = Clock::now();
+        for (int k = 0; k < steps; ++k) {
+            for (std::size_t i = 0; i < position.size(); ++i) position[i] += velocity[i];
+            solver.set_bodies({position, velocity, spin, radius});
+            solver.step();
+        }
+        best = std::max(best, steps * static_cast<double>(side * side * side) / seconds_since(start));
+    }
     return best;
 }
 
@@ -144,16 +182,17 @@ double plain_rate(lbm::Config const& c, Size const& size)
 int main(int argc, char** argv)
 {
     Size size{3500, 1700, 2028, 25}, immersed{1800, 600, 1000, 60};  // the second as configs/immersed_column.yaml
+    std::ptrdiff_t side = 128;                                       // of the cube in space: 320 MB
     char const* json = nullptr;
     for (int i = 1; i < argc; ++i) {
-        if (std::strcmp(argv[i], "--small") == 0) size = {350, 170, 40, 10}, immersed.steps = 2;
+        if (std::strcmp(argv[i], "--small") == 0) size = {350, 170, 40, 10}, immersed.steps = 2, side = 24;
         if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) json = argv[++i];
     }
     double roof[3] = {};
     for (int threads : {1, 2}) {
-        roof[threads] = in_place_bandwidth(threads, size) / bytes_per_update;
+        roof[threads] = in_place_bandwidth<2>(threads, {size.nx, size.ny, 1}) / bytes_per_update<2>;
         note("memory, in-place update", threads == 1 ? "rate, 1 thread" : "rate, 2 threads",
-             roof[threads] * bytes_per_update / 1e9, "GB/s", "itself", 1);
+             roof[threads] * bytes_per_update<2> / 1e9, "GB/s", "itself", 1);
     }
     for (int threads : {1, 2}) {
         char const* const metric = threads == 1 ? "speed, 1 thread" : "speed, 2 threads";
@@ -166,6 +205,18 @@ int main(int argc, char** argv)
         show(tall, rate(config(size, threads, 0.1), size, tall, Column(size)));
         char const* const packed = "immersed column, 1000 discs";
         show(packed, rate(config(immersed, threads, 0.1), immersed, packed, Column(immersed.discs, 35, 14.6, 0.1)));
+    }
+    for (int threads : {1, 2}) {
+        char const* const metric = threads == 1 ? "speed, 1 thread" : "speed, 2 threads";
+        double const limit = in_place_bandwidth<3>(threads, {side, side, side}) / bytes_per_update<3>;
+        auto const show = [&](char const* name, double updates) {
+            note(name, metric, updates / 1e6, "MLUPS", "roofline", updates / limit);
+        };
+        show("D3Q19 memory, in-place update", limit);
+        show("D3Q19 TRT", rate_in_space(side, threads, lbm::Operator::trt, 0, 0));
+        show("D3Q19 MRT", rate_in_space(side, threads, lbm::Operator::mrt, 0, 0));
+        show("D3Q19 MRT + LES", rate_in_space(side, threads, lbm::Operator::mrt, 0.1, 0));
+        show("D3Q19 TRT + spheres, whole step", rate_in_space(side, threads, lbm::Operator::trt, 0, 8));
     }
     note("plain two-grid lattice, MRT + LES", "speed, 1 thread", plain_rate(config(size, 1, 0.1), size) / 1e6, "MLUPS",
          "roofline", plain_rate(config(size, 1, 0.1), size) / roof[1]);

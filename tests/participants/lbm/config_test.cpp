@@ -20,7 +20,7 @@ max_velocity: 0.5
 lbm::Config read(std::string const& text, std::array<double, 2> gravity = {0, -9.81})
 {
     sluice::Reader reader = sluice::read_yaml(text, "scene.yaml");
-    return lbm::read_config(reader, gravity);
+    return lbm::read_config(reader, 2, {gravity[0], gravity[1], 0});
 }
 
 std::string errors(std::string const& text)
@@ -52,12 +52,12 @@ TEST_CASE("config: defaults, and the step from the lattice velocity")
     lbm::Config const c = read(whole);
     CHECK(c.step == close_to(0.05 * 1e-3 / 0.5));
     CHECK(c.relaxation_time() == close_to(0.5 + 3 * 1e-5 * 1e-4 / 1e-6));
-    CHECK(c.cells() == std::array<std::ptrdiff_t, 2>{200, 100});
+    CHECK(c.cells() == std::array<std::ptrdiff_t, 3>{200, 100, 1});
     CHECK(c.origin[1] == 0.5);
     CHECK(c.collision == lbm::Operator::mrt);
     CHECK(c.smagorinsky == 0);
     CHECK(c.hydrodynamic_radius == 0.85);
-    CHECK(c.acceleration == std::array<double, 2>{0, 0});
+    CHECK(c.acceleration == std::array<double, 3>{0, 0, 0});
     CHECK(c.threads >= 1);
     CHECK(lbm::describe(c).size() == 8);
 }
@@ -79,9 +79,9 @@ threads: 3
     CHECK(*c.flux_rate == 1.5);
     CHECK(c.smagorinsky == 0.1);
     CHECK(c.walls[lbm::left].periodic);
-    CHECK(!c.walls[lbm::bottom].periodic);
-    CHECK(c.walls[lbm::top].velocity == 0.3);
-    CHECK(c.acceleration == std::array<double, 2>{1, -9.81});
+    CHECK(!c.walls[lbm::bottom<2>].periodic);
+    CHECK(c.walls[lbm::top<2>].velocity[0] == 0.3);
+    CHECK(c.acceleration == std::array<double, 3>{1, -9.81, 0});
     CHECK(c.hydrodynamic_radius == 0.7);
     CHECK(c.threads == 3);
 }

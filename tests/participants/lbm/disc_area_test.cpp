@@ -84,13 +84,13 @@ TEST_CASE("coverage: discs across periodic sides keep their area, beyond walls i
 {
     for (bool const periodic : {true, false}) {
         sluice::Team team(2);
-        lbm::Coverage coverage(20, 16, periodic, periodic);
-        std::vector<lbm::Disc> const discs = {{-0.3, 15.7, 4.2, 0, 0, 0}, {39.9, 8.1, 3, 0, 0, 0}};
+        lbm::Coverage<2> coverage({20, 16, 1}, {periodic, periodic});
+        std::vector<lbm::Body<2>> const discs = {{{-0.3, 15.7}, 4.2, {}}, {{39.9, 8.1}, 3, {}}};
         coverage.update(discs, team);
         double sum = 0;
-        for (lbm::Strip const& s : coverage.strips().first(coverage.of_body(0)[1]))
+        for (lbm::Strip<2> const& s : coverage.strips().first(coverage.of_body(0)[1]))
             for (std::ptrdiff_t k = 0; k < s.count; ++k) {
-                REQUIRE((s.begin >= 0 && s.begin + s.count <= 20 && s.y >= 0 && s.y < 16));
+                REQUIRE((s.begin >= 0 && s.begin + s.count <= 20 && s.row >= 0 && s.row < 16));
                 sum += s.fraction[k];
             }
         double const whole = std::numbers::pi * 4.2 * 4.2;

@@ -25,20 +25,20 @@ lbm::Config config(Scene const& s)
     c.smagorinsky = s.smagorinsky;
     c.acceleration = {s.force, -0.5 * s.force};
     c.walls[lbm::left].periodic = c.walls[lbm::right].periodic = s.periodic_x;
-    c.walls[lbm::bottom].periodic = c.walls[lbm::top].periodic = s.periodic_y;
-    if (!s.periodic_y) c.walls[lbm::top].velocity = 0.05;
-    if (!s.periodic_x) c.walls[lbm::left].velocity = -0.02;
+    c.walls[lbm::bottom<2>].periodic = c.walls[lbm::top<2>].periodic = s.periodic_y;
+    if (!s.periodic_y) c.walls[lbm::top<2>].velocity[0] = 0.05;
+    if (!s.periodic_x) c.walls[lbm::left].velocity[1] = -0.02;
     c.threads = 2;
     return c;
 }
 
 //! Four discs; two overlap, one crosses two sides of a periodic domain. None is driven into another or a wall: the
 //! fluid that the lattice keeps between would be squeezed.
-std::vector<lbm::Disc> discs_at(int step, bool periodic)
+std::vector<lbm::Body<2>> discs_at(int step, bool periodic)
 {
     double const t = step;
-    lbm::Disc const last = periodic ? lbm::Disc{42.2 + 0.02 * t, 28.0 + 0.02 * t, 3.2, 0.02, 0.02, 0.003}
-                                    : lbm::Disc{37.2, 22.0 - 0.01 * t, 3.2, 0, -0.01, 0.003};
+    lbm::Body<2> const last = periodic ? lbm::Body<2>{{42.2 + 0.02 * t, 28.0 + 0.02 * t}, 3.2, {0.02, 0.02}, {0.003}}
+                                       : lbm::Body<2>{{37.2, 22.0 - 0.01 * t}, 3.2, {0, -0.01}, {0.003}};
     return {{10.3 + 0.03 * t, 12.1 - 0.01 * t, 4.7, 0.03, -0.01, 0.002},
             {19.0 + 0.03 * t, 12.4 - 0.02 * t, 4.4, 0.03, -0.02, -0.001},
             last,
@@ -46,12 +46,12 @@ std::vector<lbm::Disc> discs_at(int step, bool periodic)
 }
 
 //! Shape [q][y][x].
-std::vector<double> populations_of(lbm::Solver& solver)
+std::vector<double> populations_of(lbm::Solver<2>& solver)
 {
     sluice::State kept;
     solver.keep(kept);
     std::vector<double> all;
-    for (std::size_t q = 0; q < lbm::directions; ++q) {
+    for (std::size_t q = 0; q < lbm::Lattice<2>::directions; ++q) {
         auto const cells = kept.numbers("populations/" + std::to_string(q));
         all.insert(all.end(), cells.begin(), cells.end());
     }
@@ -61,27 +61,28 @@ std::vector<double> populations_of(lbm::Solver& solver)
 void check(Scene const& scene)
 {
     INFO(std::string(scene.name));
-    lbm::Solver fast(config(scene));
+    lbm::Solver<2> fast(config(scene));
     PlainLattice plain(config(scene));
-    fast.set_state([](double x, double y) {
-        return lbm::PointState{.velocity = {0.03 * std::sin(0.3 * y), 0.02 * std::cos(0.2 * x)},
-                               .pressure = 1e-3 * std::sin(0.1 * x * y),
-                               .gradient = {}};
+    fast.set_state([](std::array<double, 2> const& at) {
+        auto const [x, y] = at;
+        return lbm::PointState<2>{.velocity = {0.03 * std::sin(0.3 * y), 0.02 * std::cos(0.2 * x)},
+                                  .pressure = 1e-3 * std::sin(0.1 * x * y),
+                                  .gradient = {}};
     });
     auto const start = populations_of(fast);
     std::copy(start.begin(), start.end(), plain.populations().begin());
     double worst_load = 0;
     for (int step = 0; step < 300; ++step) {
-        std::vector<lbm::Disc> const discs =
-            scene.discs ? discs_at(step, scene.periodic_x && scene.periodic_y) : std::vector<lbm::Disc>{};
+        std::vector<lbm::Body<2>> const discs =
+            scene.discs ? discs_at(step, scene.periodic_x && scene.periodic_y) : std::vector<lbm::Body<2>>{};
         std::vector<double> position, velocity, spin, radius;
         for (auto const& d : discs) {
-            position.insert(position.end(), {d.x, d.y});
-            velocity.insert(velocity.end(), {d.ux, d.uy});
-            spin.push_back(d.spin);
+            position.insert(position.end(), {d.centre[0], d.centre[1]});
+            velocity.insert(velocity.end(), {d.velocity[0], d.velocity[1]});
+            spin.push_back(d.spin[0]);
             radius.push_back(d.radius);
         }
-        fast.set_discs({position, velocity, spin, radius});
+        fast.set_bodies({position, velocity, spin, radius});
         fast.step();
         plain.step(discs);
         for (std::size_t i = 0; i < discs.size(); ++i) {

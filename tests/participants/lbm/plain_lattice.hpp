@@ -19,18 +19,19 @@ class PlainLattice
           les_(config.smagorinsky > 0),
           nx_(config.cells()[0]),
           ny_(config.cells()[1]),
-          now_(lbm::directions * static_cast<std::size_t>(nx_ * ny_)),
+          now_(lbm::Lattice<2>::directions * static_cast<std::size_t>(nx_ * ny_)),
           next_(now_.size())
     {
-        for (std::size_t s = 0; s < 4; ++s) wall_[s] = config.walls[s].velocity / config.units().velocity_unit();
+        for (std::size_t s = 0; s < 4; ++s)
+            wall_[s] = config.walls[s].velocity[s < 2 ? 1 : 0] / config.units().velocity_unit();
         periodic_x_ = config.walls[lbm::left].periodic;
-        periodic_y_ = config.walls[lbm::bottom].periodic;
+        periodic_y_ = config.walls[lbm::bottom<2>].periodic;
     }
 
     std::vector<double>& populations() { return now_; }                         //!< f_q - w_q, shape [q][y][x]
     std::vector<std::array<double, 3>> const& loads() const { return loads_; }  //!< force, torque of each disc
 
-    void step(std::vector<lbm::Disc> const& discs)
+    void step(std::vector<lbm::Body<2>> const& discs)
     {
         loads_.assign(discs.size(), {0, 0, 0});
         for (std::ptrdiff_t y = 0; y < ny_; ++y) {
@@ -55,19 +56,21 @@ class PlainLattice
 
     void send(std::size_t q, std::ptrdiff_t x, std::ptrdiff_t y, double f)
     {
-        std::ptrdiff_t tx = x + lbm::cx[q], ty = y + lbm::cy[q];
+        std::ptrdiff_t tx = x + lbm::Lattice<2>::c[q][0], ty = y + lbm::Lattice<2>::c[q][1];
         double wall_x = 0, wall_y = 0;
         bool bounced = false;
         if ((ty < 0 || ty >= ny_) && !periodic_y_) {
             bounced = true;
-            wall_x = wall_[ty < 0 ? lbm::bottom : lbm::top];
+            wall_x = wall_[ty < 0 ? lbm::bottom<2> : lbm::top<2>];
         } else if ((tx < 0 || tx >= nx_) && !periodic_x_) {
             bounced = true;
             wall_y = wall_[tx < 0 ? lbm::left : lbm::right];
         }
         if (bounced) {
-            auto const back = static_cast<std::size_t>(lbm::opposite[q]);
-            next_[at(back, x, y)] = f + 6 * lbm::weight[back] * (lbm::cx[back] * wall_x + lbm::cy[back] * wall_y);
+            auto const back = lbm::Lattice<2>::opposite[q];
+            next_[at(back, x, y)] =
+                f + 6 * lbm::Lattice<2>::weight[back] *
+                        (lbm::Lattice<2>::c[back][0] * wall_x + lbm::Lattice<2>::c[back][1] * wall_y);
         } else {
             next_[at(q, (tx + nx_) % nx_, (ty + ny_) % ny_)] = f;
         }
@@ -85,13 +88,13 @@ class PlainLattice
 
     static Moments basis(std::size_t q)
     {
-        double const x = lbm::cx[q], y = lbm::cy[q], c2 = x * x + y * y;
+        double const x = lbm::Lattice<2>::c[q][0], y = lbm::Lattice<2>::c[q][1], c2 = x * x + y * y;
         return {
             1,    -4 + 3 * c2, 4 - 10.5 * c2 + 4.5 * c2 * c2, x, (-5 + 3 * c2) * x, y, (-5 + 3 * c2) * y, x * x - y * y,
             x * y};
     }
 
-    void collide(std::array<double, 9>& f, std::ptrdiff_t x, std::ptrdiff_t y, std::vector<lbm::Disc> const& discs)
+    void collide(std::array<double, 9>& f, std::ptrdiff_t x, std::ptrdiff_t y, std::vector<lbm::Body<2>> const& discs)
     {
         std::vector<double> fraction(discs.size());
         double covered = 0;
@@ -107,7 +110,7 @@ class PlainLattice
         double weight = std::min(0.95, covered >= 1 ? 1 : covered * t / (1 - covered + t));
         if (core) weight = 0.5;
         Moments const m = moments(f);
-        double const fx = rates_.force_x, fy = rates_.force_y;
+        double const fx = rates_.force[0], fy = rates_.force[1];
         double const rho = 1 + m[0], ux = (m[3] + fx / 2) / rho, uy = (m[5] + fy / 2) / rho;
         Moments const source = {0,   6 * (ux * fx + uy * fy), -6 * (ux * fx + uy * fy), fx, -fx, fy,
                                 -fy, 2 * (ux * fx - uy * fy), ux * fy + uy * fx};
@@ -127,7 +130,8 @@ class PlainLattice
             if (fraction[i] == 0) continue;
             double const share = 2 * weight * fraction[i] / covered;
             auto const [ax, ay] = arm(discs[i], x, y);
-            double const vx = discs[i].ux - discs[i].spin * ay, vy = discs[i].uy + discs[i].spin * ax;
+            double const vx = discs[i].velocity[0] - discs[i].spin[0] * ay,
+                         vy = discs[i].velocity[1] + discs[i].spin[0] * ax;
             double const px = share * rho * (ux - vx), py = share * rho * (uy - vy);
             change[3] -= px;
             change[5] -= py;
@@ -143,9 +147,9 @@ class PlainLattice
     }
 
     //! From a disc's centre to the cell's, the nearest image.
-    std::array<double, 2> arm(lbm::Disc const& d, std::ptrdiff_t x, std::ptrdiff_t y) const
+    std::array<double, 2> arm(lbm::Body<2> const& d, std::ptrdiff_t x, std::ptrdiff_t y) const
     {
-        double ax = static_cast<double>(x) + 0.5 - d.x, ay = static_cast<double>(y) + 0.5 - d.y;
+        double ax = static_cast<double>(x) + 0.5 - d.centre[0], ay = static_cast<double>(y) + 0.5 - d.centre[1];
         auto const lx = static_cast<double>(nx_), ly = static_cast<double>(ny_);
         if (periodic_x_) ax -= lx * std::round(ax / lx);
         if (periodic_y_) ay -= ly * std::round(ay / ly);

@@ -51,9 +51,10 @@ TEST_CASE("lattice_units: SI to lattice and back")
 
 TEST_CASE("solver: fields give back the state that was set, in SI, and coarsen by averages")
 {
-    lbm::Solver solver(small());
-    solver.set_state([](double x, double y) {
-        return lbm::PointState{.velocity = {0.02 * x / 0.04, -0.01 * y / 0.03}, .pressure = 0.5 * x, .gradient = {}};
+    lbm::Solver<2> solver(small());
+    solver.set_state([](std::array<double, 2> const& at) {
+        auto const [x, y] = at;
+        return lbm::PointState<2>{.velocity = {0.02 * x / 0.04, -0.01 * y / 0.03}, .pressure = 0.5 * x, .gradient = {}};
     });
     lbm::Fields const f = solver.fields();
     CHECK(f.velocity[2 * (7 * 40 + 3)] == close_to(0.02 * 3.5 / 40));
@@ -70,25 +71,26 @@ TEST_CASE("solver: fields give back the state that was set, in SI, and coarsen b
 
 TEST_CASE("solver: vorticity of a rigid rotation is twice its rate")
 {
-    lbm::Solver solver(small());
-    solver.set_state([](double x, double y) {
-        return lbm::PointState{.velocity = {-2 * y, 2 * x}, .pressure = 0, .gradient = {}};
+    lbm::Solver<2> solver(small());
+    solver.set_state([](std::array<double, 2> const& at) {
+        auto const [x, y] = at;
+        return lbm::PointState<2>{.velocity = {-2 * y, 2 * x}, .pressure = 0, .gradient = {}};
     });
     for (double const w : solver.fields(3).vorticity) CHECK(w == close_to(4).epsilon(1e-6));
 }
 
 TEST_CASE("solver: fluid at rest and a resting disc stay at rest, exactly, without gravity")
 {
-    lbm::Solver solver(small());
+    lbm::Solver<2> solver(small());
     std::vector<double> const position = {0.0203, 0.0151}, rest = {0, 0}, spin = {0}, radius = {6e-3};
     for (int k = 0; k < 100; ++k) {
-        solver.set_discs({position, rest, spin, radius});
+        solver.set_bodies({position, rest, spin, radius});
         solver.step();
     }
     CHECK(solver.max_speed() == 0);
     CHECK(solver.loads().force[0] == 0);
     CHECK(solver.loads().torque[0] == 0);
-    CHECK(solver.share().rebuilt_discs == 0);
+    CHECK(solver.share().rebuilt_bodies == 0);
     CHECK(solver.share().covered_cells > 0.1);
 }
 
@@ -97,12 +99,13 @@ TEST_CASE("solver: a fluid column under gravity pushes a disc up by rho_0 V g")
     lbm::Config c = small();
     c.acceleration = {0, -0.01};
     c.hydrodynamic_radius = 0.8;
-    lbm::Solver solver(c);
-    solver.set_state([](double, double y) {
-        return lbm::PointState{.velocity = {}, .pressure = 1000 * 0.01 * (0.015 - y), .gradient = {}};
+    lbm::Solver<2> solver(c);
+    solver.set_state([](std::array<double, 2> const& at) {
+        double const y = at[1];
+        return lbm::PointState<2>{.velocity = {}, .pressure = 1000 * 0.01 * (0.015 - y), .gradient = {}};
     });
     std::vector<double> const position = {0.0203, 0.0151}, rest = {0, 0}, spin = {0}, radius = {6e-3};
-    solver.set_discs({position, rest, spin, radius});
+    solver.set_bodies({position, rest, spin, radius});
     for (int k = 0; k < 500; ++k) solver.step();
     double const weight = 1000 * 3.14159265358979 * 4.8e-3 * 4.8e-3 * 0.01;
     CHECK(solver.loads().force[1] == close_to(weight).epsilon(1e-6));
@@ -111,42 +114,44 @@ TEST_CASE("solver: a fluid column under gravity pushes a disc up by rho_0 V g")
 
 TEST_CASE("solver: discs may come and go and change order and loads follow their ids")
 {
-    lbm::Solver by_index(small()), by_id(small());
+    lbm::Solver<2> by_index(small()), by_id(small());
     std::vector<double> const position = {0.010, 0.012, 0.028, 0.017}, velocity = {0.01, 0, 0, -0.02}, spin = {0, 1},
                               radius = {4e-3, 5e-3};
     std::vector<double> const turned_position = {0.028, 0.017, 0.010, 0.012}, turned_velocity = {0, -0.02, 0.01, 0},
                               turned_spin = {1, 0}, turned_radius = {5e-3, 4e-3};
     std::vector<std::uint64_t> const id = {5, 9}, turned_id = {9, 5};
     for (int k = 0; k < 20; ++k) {
-        by_index.set_discs({position, velocity, spin, radius});
+        by_index.set_bodies({position, velocity, spin, radius});
         by_index.step();
         if (k % 2 == 0)
-            by_id.set_discs({position, velocity, spin, radius, id});
+            by_id.set_bodies({position, velocity, spin, radius, id});
         else
-            by_id.set_discs({turned_position, turned_velocity, turned_spin, turned_radius, turned_id});
+            by_id.set_bodies({turned_position, turned_velocity, turned_spin, turned_radius, turned_id});
         by_id.step();
     }
     CHECK(by_id.loads().force[2] == close_to(by_index.loads().force[0]).epsilon(1e-9));
     CHECK(by_id.loads().force[1] == close_to(by_index.loads().force[3]).epsilon(1e-9));
-    by_id.set_discs({});
+    by_id.set_bodies({});
     by_id.step();
     CHECK(by_id.loads().force.empty());
 }
 
 TEST_CASE("solver: a run that blows up stops with cell, place and time")
 {
-    lbm::Solver fast(small());
-    fast.set_state([](double x, double) {
-        return lbm::PointState{.velocity = {x > 0.02 ? 0.9 : 0.0, 0}, .pressure = 0, .gradient = {}};
+    lbm::Solver<2> fast(small());
+    fast.set_state([](std::array<double, 2> const& at) {
+        double const x = at[0];
+        return lbm::PointState<2>{.velocity = {x > 0.02 ? 0.9 : 0.0, 0}, .pressure = 0, .gradient = {}};
     });
     std::string const text = message([&] {
         for (int k = 0; k < 200; ++k) fast.step();
     });
     CHECK(contains(text, "6 fluid: t = "));
     CHECK(contains(text, "cell ("));
-    lbm::Solver broken(small());
-    broken.set_state([](double x, double) {
-        return lbm::PointState{
+    lbm::Solver<2> broken(small());
+    broken.set_state([](std::array<double, 2> const& at) {
+        double const x = at[0];
+        return lbm::PointState<2>{
             .velocity = {x > 0.03 ? std::numeric_limits<double>::quiet_NaN() : 0.0, 0}, .pressure = 0, .gradient = {}};
     });
     CHECK(contains(message([&] {
@@ -157,23 +162,23 @@ TEST_CASE("solver: a run that blows up stops with cell, place and time")
 
 TEST_CASE("solver: discs that are not finite, or arrays that differ, are refused")
 {
-    lbm::Solver solver(small());
+    lbm::Solver<2> solver(small());
     std::vector<double> const position = {0.02, std::nan("")}, rest = {0, 0}, spin = {0}, radius = {5e-3}, two = {1, 2};
-    CHECK(contains(message([&] { solver.set_discs({position, rest, spin, radius}); }), "6 fluid: disc 0"));
-    CHECK(contains(message([&] { solver.set_discs({rest, rest, two, radius}); }), "4 ") == false);
-    CHECK(contains(message([&] { solver.set_discs({rest, rest, two, radius}); }), "differ in length"));
+    CHECK(contains(message([&] { solver.set_bodies({position, rest, spin, radius}); }), "6 fluid: body 0"));
+    CHECK(contains(message([&] { solver.set_bodies({rest, rest, two, radius}); }), "4 ") == false);
+    CHECK(contains(message([&] { solver.set_bodies({rest, rest, two, radius}); }), "differ in length"));
     CHECK(contains(message([&] { solver.set_obstacle({1, 2}); }), "obstacle"));
 }
 
 TEST_CASE("solver: a state of another lattice is refused and changes nothing")
 {
-    lbm::Solver solver(small());
+    lbm::Solver<2> solver(small());
     sluice::State before, after, other;
     solver.keep(before);
     other.put_integer("steps", 5);
-    for (auto const name : {"discs/place", "discs/displaced", "last/velocity", "last/exchange", "populations/0"})
+    for (auto const name : {"bodies/place", "bodies/displaced", "last/velocity", "last/exchange", "populations/0"})
         other.put(name, std::span<double const>());
-    for (auto const name : {"discs/id", "last/id"}) other.put(name, std::span<std::int64_t const>());
+    for (auto const name : {"bodies/id", "last/id"}) other.put(name, std::span<std::int64_t const>());
     CHECK(contains(message([&] { solver.restore(other); }), "7 state: \"populations/0\" has 0 values"));
     CHECK(contains(message([&] { solver.restore(sluice::State()); }), "is not in it"));
     solver.keep(after);

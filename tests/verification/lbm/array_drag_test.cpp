@@ -23,10 +23,10 @@ double drag(std::ptrdiff_t side, double diameter, double factor, std::array<doub
     double const push = 1e-3 * c.viscosity * c.viscosity / (length * length);  // Re far below 0.01
     c.acceleration = {push, 0};
     c.hydrodynamic_radius = factor;
-    lbm::Solver solver(c);
+    lbm::Solver<2> solver(c);
     Discs discs;
     discs.add(0.5 * length + offset[0], 0.5 * length + offset[1], 0.5 * diameter);
-    solver.set_discs(discs.view());
+    solver.set_bodies(discs.view());
     int const interval = std::max(50, static_cast<int>(length * length / c.viscosity / 150));
     double const u = run_to_steady(solver, interval, 1e-4, 200000, [&] { return mean_velocity(solver, 0); });
     return push * length * length / (c.viscosity * u);

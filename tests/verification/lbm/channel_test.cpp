@@ -39,11 +39,12 @@ PoiseuilleError poiseuille(std::ptrdiff_t n, double tau, lbm::Operator collision
                          : flux_rate                     ? 1 / *flux_rate
                                                          : 0.5 + 3.0 / 16 / (tau - 0.5);
     double const offset = g / (2 * nu) * (4 * (tau - 0.5) * (tau_q - 0.5) / 3 - 0.25);
-    lbm::Solver solver(c);
-    solver.set_state([&](double, double y) {
-        return lbm::PointState{.velocity = {g / (2 * nu) * y * (h - y) + offset, 0},
-                               .pressure = 0,
-                               .gradient = {0, g / (2 * nu) * (h - 2 * y), 0, 0}};
+    lbm::Solver<2> solver(c);
+    solver.set_state([&](std::array<double, 2> const& at) {
+        double const y = at[1];
+        return lbm::PointState<2>{.velocity = {g / (2 * nu) * y * (h - y) + offset, 0},
+                                  .pressure = 0,
+                                  .gradient = {{{0, g / (2 * nu) * (h - 2 * y)}, {0, 0}}}};
     });
     auto const steps = static_cast<int>(std::min(2 * h * h / nu, 400000.0));
     for (int k = 0; k < steps; ++k) solver.step();
@@ -107,9 +108,9 @@ TEST_CASE("L02: start-up Couette flow")
         verification::Stopwatch const watch;
         lbm::Config c = config(3, n, 0.8);
         make_periodic(c, true, false);
-        c.walls[lbm::top].velocity = u_wall;
+        c.walls[lbm::top<2>].velocity[0] = u_wall;
         c.collision = lbm::Operator::trt;
-        lbm::Solver solver(c);
+        lbm::Solver<2> solver(c);
         double const h = static_cast<double>(n);
         for (double const t : {0.02, 0.05, 0.1, 0.2, 0.5}) {
             auto const until = std::lround(t * h * h / c.viscosity);
@@ -144,7 +145,7 @@ TEST_CASE("L02: start-up Couette flow")
 
 namespace {
 
-double velocity_error(lbm::Solver& solver, double k, double u0)
+double velocity_error(lbm::Solver<2>& solver, double k, double u0)
 {
     double const decay = std::exp(-2 * solver.config().viscosity * k * k * solver.time());
     lbm::Fields const f = solver.fields();
@@ -168,12 +169,14 @@ double taylor_green(std::ptrdiff_t n, lbm::Operator collision)
     lbm::Config c = config(n, n, tau);
     make_periodic(c, true, true);
     c.collision = collision;
-    lbm::Solver solver(c);
-    solver.set_state([&](double x, double y) {
+    lbm::Solver<2> solver(c);
+    solver.set_state([&](std::array<double, 2> const& at) {
+        auto const [x, y] = at;
         double const cx = std::cos(k * x), sx = std::sin(k * x), cy = std::cos(k * y), sy = std::sin(k * y);
-        return lbm::PointState{.velocity = {-u0 * cx * sy, u0 * sx * cy},
-                               .pressure = -0.25 * u0 * u0 * (std::cos(2 * k * x) + std::cos(2 * k * y)),
-                               .gradient = {u0 * k * sx * sy, -u0 * k * cx * cy, u0 * k * cx * cy, -u0 * k * sx * sy}};
+        return lbm::PointState<2>{
+            .velocity = {-u0 * cx * sy, u0 * sx * cy},
+            .pressure = -0.25 * u0 * u0 * (std::cos(2 * k * x) + std::cos(2 * k * y)),
+            .gradient = {{{u0 * k * sx * sy, -u0 * k * cx * cy}, {u0 * k * cx * cy, -u0 * k * sx * sy}}}};
     });
     while (static_cast<double>(solver.steps()) < 1 / (2 * c.viscosity * k * k)) solver.step();
     return velocity_error(solver, k, u0);

@@ -23,7 +23,7 @@ double confined_drag(std::ptrdiff_t height, double ratio, double tau)
     lbm::Config c = config(length, height, tau);
     double const h = static_cast<double>(height), d = ratio * h;
     double const speed = 0.02 * c.viscosity / d;  // Re = 0.02
-    lbm::Solver solver(c);
+    lbm::Solver<2> solver(c);
     Discs discs;
     discs.add(0.5 * static_cast<double>(length), 0.5 * h, 0.5 * d, speed);
     double sum = 0;
@@ -31,7 +31,7 @@ double confined_drag(std::ptrdiff_t height, double ratio, double tau)
     auto const steps = [&] {
         sum = 0;
         for (int k = 0; k < interval; ++k) {
-            solver.set_discs(discs.view());
+            solver.set_bodies(discs.view());
             solver.step();
             discs.position[0] += speed;
             sum -= solver.loads().force[0];
@@ -64,18 +64,18 @@ Cavity turn_in_cavity(double inner, double outer)
     double const spin = 0.1 * c.viscosity / (inner * inner);  // Re = 0.1
     double const centre = 0.5 * static_cast<double>(side);
     sluice::Team team(1);
-    lbm::Coverage hole(side, side, false, false);
-    hole.update(std::vector<lbm::Disc>{{centre, centre, outer, 0, 0, 0}}, team);
+    lbm::Coverage<2> hole({side, side, 1}, {});
+    hole.update(std::vector<lbm::Body<2>>{{{centre, centre}, outer, {}}}, team);
     std::vector<double> wall(static_cast<std::size_t>(side * side), 1.0);
-    for (lbm::Strip const& s : hole.strips().first(hole.of_body(0)[1]))
+    for (lbm::Strip<2> const& s : hole.strips().first(hole.of_body(0)[1]))
         for (std::ptrdiff_t k = 0; k < s.count; ++k)
-            wall[static_cast<std::size_t>(s.y * side + s.begin + k)] -= s.fraction[k];
+            wall[static_cast<std::size_t>(s.row * side + s.begin + k)] -= s.fraction[k];
     for (double& w : wall) w = w < 1e-12 ? 0 : w;
-    lbm::Solver solver(c);
+    lbm::Solver<2> solver(c);
     solver.set_obstacle(wall);
     Discs discs;
     discs.add(centre, centre, inner, 0, 0, spin);
-    solver.set_discs(discs.view());
+    solver.set_bodies(discs.view());
     auto const interval = static_cast<int>((outer - inner) * (outer - inner) / c.viscosity / 20);
     double const torque = run_to_steady(solver, interval, 1e-5, 100000, [&] { return -solver.loads().torque[0]; });
     lbm::Fields const f = solver.fields();
@@ -143,10 +143,11 @@ lbm::Config pool(double gravity)
     return c;
 }
 
-void fill(lbm::Solver& solver, double gravity)
+void fill(lbm::Solver<2>& solver, double gravity)
 {
-    solver.set_state([&](double, double y) {
-        return lbm::PointState{.velocity = {}, .pressure = gravity * (32 - y), .gradient = {}};
+    solver.set_state([&](std::array<double, 2> const& at) {
+        double const y = at[1];
+        return lbm::PointState<2>{.velocity = {}, .pressure = gravity * (32 - y), .gradient = {}};
     });
 }
 
@@ -159,11 +160,11 @@ TEST_CASE("C07: buoyancy of a disc at rest on the floor, ten places within a cel
     double const gravity = 1e-6, reference = std::numbers::pi * rest_radius * rest_radius * gravity;
     double mean = 0, scatter = 0;
     for (int k = 0; k < 10; ++k) {
-        lbm::Solver solver(pool(gravity));
+        lbm::Solver<2> solver(pool(gravity));
         fill(solver, gravity);
         Discs discs;
         discs.add(48 + std::fmod(0.618 * k, 1.0), rest_radius + 0.1 * k, rest_radius);
-        solver.set_discs(discs.view());
+        solver.set_bodies(discs.view());
         double sum = 0;
         for (int step = 0; step < 6000; ++step) {
             solver.step();
@@ -182,14 +183,14 @@ TEST_CASE("C07: a neutrally buoyant disc in fluid at rest stays where it is")
 {
     verification::Stopwatch const watch;
     double const gravity = 1e-6, mass = std::numbers::pi * rest_radius * rest_radius;
-    lbm::Solver solver(pool(gravity));
+    lbm::Solver<2> solver(pool(gravity));
     fill(solver, gravity);
     Discs discs;
     discs.add(48.3, 30.6, rest_radius);
     double drift = 0;
     auto const steps = static_cast<int>(10 * rest_radius * rest_radius / solver.config().viscosity);
     for (int step = 0; step < steps; ++step) {
-        solver.set_discs(discs.view());
+        solver.set_bodies(discs.view());
         solver.step();
         for (std::size_t k : {0UL, 1UL}) {
             discs.velocity[k] += solver.loads().force[k] / mass - (k == 1 ? gravity : 0);

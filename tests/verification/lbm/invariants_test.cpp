@@ -12,7 +12,7 @@ namespace {
 //! Fifty free discs, two and a half times as heavy as the fluid, that do not touch, in a box of 160 cells.
 struct Swarm
 {
-    lbm::Solver solver;
+    lbm::Solver<2> solver;
     Discs discs;
     std::vector<double> mass;
 
@@ -35,14 +35,14 @@ struct Swarm
             mass.push_back(2.5 * std::numbers::pi * r * r);
         }
         if (drift != 0)
-            solver.set_state([&](double, double) {
-                return lbm::PointState{.velocity = {drift, 0}, .pressure = 0, .gradient = {}};
+            solver.set_state([&](std::array<double, 2> const&) {
+                return lbm::PointState<2>{.velocity = {drift, 0}, .pressure = 0, .gradient = {}};
             });
     }
 
     void step()
     {
-        solver.set_discs(discs.view());
+        solver.set_bodies(discs.view());
         solver.step();
         auto const [force, torque] = solver.loads();
         for (std::size_t i = 0; i < mass.size(); ++i) {

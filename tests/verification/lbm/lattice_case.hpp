@@ -22,7 +22,7 @@ inline lbm::Config config(std::ptrdiff_t nx, std::ptrdiff_t ny, double tau)
 inline void make_periodic(lbm::Config& c, bool x, bool y)
 {
     c.walls[lbm::left].periodic = c.walls[lbm::right].periodic = x;
-    c.walls[lbm::bottom].periodic = c.walls[lbm::top].periodic = y;
+    c.walls[lbm::bottom<2>].periodic = c.walls[lbm::top<2>].periodic = y;
 }
 
 //! Discs that a case moves by hand.
@@ -37,23 +37,24 @@ struct Discs
         spin.push_back(w);
         radius.push_back(r);
     }
-    lbm::DiscsView view() const { return {position, velocity, spin, radius}; }
+    lbm::BodiesView view() const { return {position, velocity, spin, radius}; }
 };
 
 //! Mean of one velocity component over the whole lattice, solids counted as they move.
-inline double mean_velocity(lbm::Solver& solver, std::size_t component)
+template <int D>
+double mean_velocity(lbm::Solver<D>& solver, std::size_t component)
 {
     lbm::Fields const f = solver.fields();
     double sum = 0;
-    for (std::size_t k = component; k < f.velocity.size(); k += 2) sum += f.velocity[k];
-    return sum / static_cast<double>(f.nx * f.ny);
+    for (std::size_t k = component; k < f.velocity.size(); k += D) sum += f.velocity[k];
+    return sum / static_cast<double>(f.nx * f.ny * f.nz);
 }
 
 //! Steps until the limit of `measure()`, taken every `interval` steps, is known to `tolerance` of itself: the slowest
 //! mode decays exponentially, so three values give the limit (Aitken), and two such limits must agree. Gives up after
 //! `limit` steps and returns what it has.
-template <class Measure>
-double run_to_steady(lbm::Solver& solver, int interval, double tolerance, int limit, Measure&& measure)
+template <class AnySolver, class Measure>
+double run_to_steady(AnySolver& solver, int interval, double tolerance, int limit, Measure&& measure)
 {
     double x0 = 0, x1 = 0, x2 = 0, last = 0, extrapolated = 0;
     for (int done = 0; done < limit; done += interval) {

@@ -3,44 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "participants/lbm/populations.hpp"
-#include "participants/lbm/relaxation.hpp"
+#include "participants/lbm/cell_row.hpp"
 
 namespace lbm {
 
-//! What a run of the solver needs; chosen once, from the list in solver.cpp.
-struct Features
-{
-    bool les = false;
-    bool force = false;
-    bool grains = false;
-    bool operator==(Features const&) const = default;
-};
-
-//! What the collision of one row needs to know of the solids, and what it tells of them; arrays over x, 64-byte
-//! aligned.
-struct SolidRow
-{
-    double const* fraction;    //!< sum of the bodies' area fractions eps [-], may exceed 1 where bodies overlap
-    double const* weight;      //!< B/sum(eps): share of the solid collision for each unit of eps [-]
-    double const* momentum_x;  //!< sum of eps u_s (cells a step)
-    double const* momentum_y;
-    double* force_rate;  //!< out: 2 weight rho
-    double* force_x;     //!< out: 2 weight j_x; a body's force is eps (force_x - force_rate u_s)
-    double* force_y;
-};
-
-//! a b + c, rounded once where the machine can (-ffp-contract=off leaves the choice to the source).
-inline double madd(double a, double b, double c) noexcept
-{
-#ifdef __FMA__
-    return __builtin_fma(a, b, c);
-#else
-    return a * b + c;
-#endif
-}
-
-inline constexpr double eddy_free = 1e-6;          //!< cells covered by more have no eddy viscosity
 inline constexpr std::ptrdiff_t eddy_block = 128;  //!< cells; an EddyBlock and 9 x 128 populations stay in cache
 
 //! What the first pass of the large-eddy model finds of a block of cells.
@@ -57,14 +23,14 @@ struct EddyBlock
 //! + A)) share one. A pass of its own, because a division after two roots is a long wait: short iterations overlap.
 //! Float roots with a Newton step, and roots run beside the collision of the cells before, were measured: slower.
 template <Features F>
-void find_eddy_stress(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& r, SolidRow const& s,
-                      EddyBlock& out)
+void find_eddy_stress(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& r,
+                      SolidRow const& s, EddyBlock& out)
 {
     double const *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4],
                         *const f5 = f[5], *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
     double const* const fraction = s.fraction;
     double const tau = r.tau, term = r.smagorinsky_term, base = -0.25 * r.shear;
-    double const force_x = r.force_x, force_y = r.force_y;
+    double const force_x = r.force[0], force_y = r.force[1];
 #pragma omp simd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
         double const even1 = f1[x] + f3[x], even2 = f2[x] + f4[x], even5 = f5[x] + f7[x], even6 = f6[x] + f8[x];
@@ -104,7 +70,7 @@ void find_eddy_stress(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, 
 //!
 //! Straight-line on purpose, and longer than the house rule: the compiler vectorises it as one loop.
 template <Features F>
-void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax,
+void collide_block(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax,
                    SolidRow const& solid, EddyBlock const& eddy)
 {
     double *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4], *const f5 = f[5],
@@ -126,7 +92,7 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
         double jx = odd1 + diagonal_x, jy = odd2 + diagonal_y;
         double qx = madd(-2.0, odd1, diagonal_x), qy = madd(-2.0, odd2, diagonal_y);
 
-        double const force_x = F.force ? r.force_x : 0.0, force_y = F.force ? r.force_y : 0.0;
+        double const force_x = F.force ? r.force[0] : 0.0, force_y = F.force ? r.force[1] : 0.0;
         if constexpr (F.force) {
             jx += 0.5 * force_x;
             jy += 0.5 * force_y;
@@ -173,14 +139,14 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
             normal_change *= fluid;
             shear_change *= fluid;
             double const rate = weight2 * rho;
-            double const solid_x = rate * s.momentum_x[x], solid_y = rate * s.momentum_y[x];
+            double const solid_x = rate * s.momentum[0][x], solid_y = rate * s.momentum[1][x];
             flux_x = madd(fluid, flux_x, (1.0 / 6) * madd(solid2, qx, solid_x));
             flux_y = madd(fluid, flux_y, (1.0 / 6) * madd(solid2, qy, solid_y));
             jx_change += madd(-solid2, jx, solid_x);
             jy_change += madd(-solid2, jy, solid_y);
             s.force_rate[x] = rate;
-            s.force_x[x] = weight2 * jx;
-            s.force_y[x] = weight2 * jy;
+            s.force[0][x] = weight2 * jx;
+            s.force[1][x] = weight2 * jy;
         }
         if constexpr (F.force) {
             energy_change = madd(work, 1.0 / 36, energy_change);
@@ -219,7 +185,8 @@ void collide_block(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Rel
 
 //! Collides the cells [begin, end) of one row in place.
 template <Features F>
-void collide(Slots const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax, SolidRow const& solid)
+void collide(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax,
+             SolidRow const& solid)
 {
     EddyBlock eddy;
     if constexpr (F.les) {

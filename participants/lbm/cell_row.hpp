@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+
+#include "participants/lbm/lanes.hpp"
+#include "participants/lbm/populations.hpp"
+#include "participants/lbm/relaxation.hpp"
+
+//! What the collisions of a row of cells share (collide_plane.hpp, collide_space.hpp).
+namespace lbm {
+
+//! What a run of the solver needs; chosen once, from the list in solver.cpp.
+struct Features
+{
+    bool les = false;
+    bool force = false;
+    bool grains = false;
+    bool split = false;  //!< in space: the second moments have rates of their own, as with les
+    bool operator==(Features const&) const = default;
+};
+
+//! What the collision of one row needs to know of the solids, and what it tells of them; arrays over x, 64-byte
+//! aligned.
+struct SolidRow
+{
+    double const* fraction;  //!< sum of the bodies' solid fractions eps [-], may exceed 1 where bodies overlap
+    double const* weight;    //!< B/sum(eps): share of the solid collision for each unit of eps [-]
+    std::array<double const*, 3> momentum;  //!< sum of eps u_s (cells a step); of D entries
+    double* force_rate;                     //!< out: 2 weight rho
+    std::array<double*, 3> force;           //!< out: 2 weight j; a body's force is eps (force - force_rate u_s)
+};
+
+inline constexpr double eddy_free = 1e-6;  //!< cells covered by more have no eddy viscosity
+
+}  // namespace lbm

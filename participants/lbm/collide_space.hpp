@@ -1,0 +1,177 @@
+#pragma once
+
+#include <cmath>
+
+#include "participants/lbm/cell_row.hpp"
+
+namespace lbm {
+
+//! What a cell knows of the solids in it, and tells of them (SolidRow).
+template <class V>
+struct SolidCell
+{
+    V fraction{}, weight{};
+    std::array<V, 3> momentum{};
+    V force_rate{};
+    std::array<V, 3> force{};
+};
+
+//! Collides one cell of D3Q19, or several at once, given its populations.
+//!
+//! By pairs of opposite directions, even part (f_q + f_-q)/2 and odd part (f_q - f_-q)/2 apart: with one rate for each
+//! this is TRT (Ginzburg, Verhaeghe and d'Humieres, Commun. Comput. Phys. 3 (2008) 427), with equal ones BGK. `split`:
+//! the stress has the rate of the viscosity, its trace that of the bulk viscosity, what is left of the even part (three
+//! moments of fourth order) a third one: MRT in moments that are orthogonal with the weights w_q, in which the stress
+//! is projected by w_q 9/2 (c c - I/3). All is f' = f + S - s (f + S/2 - f_eq), S Guo's force, as in the plane
+//! (collide_plane.hpp), solids likewise: even parts relax by (1 - B), odd ones move toward those of u_s by 2 B.
+//! Large eddies: tau_eff = (tau + sqrt(tau^2 + 18 sqrt(2) C_s^2 |P|/rho))/2, P the stress without its trace.
+//!
+//! Straight-line on purpose, and longer than the house rule: one basic block of independent operations.
+template <Features F, class V>
+[[gnu::always_inline]] inline void collide_cell(std::array<V, 19>& f, Relaxation const& r, SolidCell<V>& s) noexcept
+{
+    constexpr bool split = F.les || F.split;
+    constexpr double axis = 1.0 / 18, diagonal = 1.0 / 36;
+    auto& [f0, fx, gx, fy, gy, fz, gz, fxy, gxy, fyx, gyx, fxz, gxz, fzx, gzx, fyz, gyz, fzy, gzy] = f;
+    double const even_rate = split ? r.square : r.shear;
+    double const Fx = F.force ? r.force[0] : 0.0, Fy = F.force ? r.force[1] : 0.0, Fz = F.force ? r.force[2] : 0.0;
+
+    V const ex = fx + gx, ey = fy + gy, ez = fz + gz;
+    V const exy = fxy + gxy, eyx = fyx + gyx, exz = fxz + gxz, ezx = fzx + gzx, eyz = fyz + gyz, ezy = fzy + gzy;
+    V const ox = fx - gx, oy = fy - gy, oz = fz - gz;
+    V const oxy = fxy - gxy, oyx = fyx - gyx, oxz = fxz - gxz, ozx = fzx - gzx, oyz = fyz - gyz, ozy = fzy - gzy;
+    V const excess = f0 + ((ex + ey) + (ez + (exy + eyx))) + ((exz + ezx) + (eyz + ezy));  // rho - 1
+    V const rho = 1.0 + excess, inverse_rho = 1.0 / rho;
+    V jx = ox + (oxy + oyx) + (oxz + ozx), jy = oy + (oxy - oyx) + (oyz + ozy), jz = oz + (oxz - ozx) + (oyz - ozy);
+    if constexpr (F.force) jx = jx + 0.5 * Fx, jy = jy + 0.5 * Fy, jz = jz + 0.5 * Fz;
+    V const ux = jx * inverse_rho, uy = jy * inverse_rho, uz = jz * inverse_rho;
+
+    // even parts: sums of both populations, less equilibrium (f + S/2 - f_eq); S = w (9 c.u c.F - work)
+    V const base = madd(-1.5, madd(jx, ux, madd(jy, uy, jz * uz)), excess);
+    V const work = F.force ? 3.0 * (ux * Fx + uy * Fy + uz * Fz) : V{};
+    auto const source = [&](double weight, V cu, double cF) __attribute__((always_inline))
+    {
+        return weight * ((9.0 * cF) * cu - work);
+    };
+    auto const apart = [&](V even, double weight, V cj, V cu, double cF) __attribute__((always_inline))
+    {
+        V const distance = madd(-2.0 * weight, madd(4.5 * cj, cu, base), even);
+        if constexpr (F.force)
+            return distance + source(weight, cu, cF);
+        else
+            return distance;
+    };
+    V n0 = madd(-1.0 / 3, base, f0);
+    if constexpr (F.force) n0 = madd(-1.0 / 6, work, n0);
+    V const nx = apart(ex, axis, jx, ux, Fx), ny = apart(ey, axis, jy, uy, Fy), nz = apart(ez, axis, jz, uz, Fz);
+    V const nxy = apart(exy, diagonal, jx + jy, ux + uy, Fx + Fy),
+            nyx = apart(eyx, diagonal, jx - jy, ux - uy, Fx - Fy),
+            nxz = apart(exz, diagonal, jx + jz, ux + uz, Fx + Fz),
+            nzx = apart(ezx, diagonal, jx - jz, ux - uz, Fx - Fz),
+            nyz = apart(eyz, diagonal, jy + jz, uy + uz, Fy + Fz),
+            nzy = apart(ezy, diagonal, jy - jz, uy - uz, Fy - Fz);
+
+    V solid2{}, fluid = all<V>(1.0), solid_x{}, solid_y{}, solid_z{};  // 2 B, 1 - B, 2 B rho u_s
+    if constexpr (F.grains) {
+        V const weight2 = 2.0 * s.weight;  // 2 B/eps
+        solid2 = weight2 * s.fraction;
+        fluid = madd(-0.5, solid2, fluid);
+        s.force_rate = weight2 * rho;
+        solid_x = s.force_rate * s.momentum[0], solid_y = s.force_rate * s.momentum[1],
+        solid_z = s.force_rate * s.momentum[2];
+        s.force = {weight2 * jx, weight2 * jy, weight2 * jz};
+    }
+
+    // what the stress changes beyond the common rate of the even part
+    V along_x{}, along_y{}, along_z{}, shear_xy{}, shear_xz{}, shear_yz{}, bulk{};
+    if constexpr (split) {
+        V const xx = nx + (nxy + nyx) + (nxz + nzx), yy = ny + (nxy + nyx) + (nyz + nzy),
+                zz = nz + (nxz + nzx) + (nyz + nzy);
+        V const xy = nxy - nyx, xz = nxz - nzx, yz = nyz - nzy;
+        V const trace = xx + yy + zz, mean = trace * (1.0 / 3);
+        V const dx = xx - mean, dy = yy - mean, dz = zz - mean;
+        V shear_rate = all<V>(r.shear);
+        if constexpr (F.les) {
+            V const size = madd(dx, dx, madd(dy, dy, dz * dz)) + 2.0 * madd(xy, xy, madd(xz, xz, yz * yz));
+            V const eddy =
+                2.0 / (r.tau + root(madd(r.smagorinsky_term * inverse_rho, root(2.0 * size), all<V>(r.tau * r.tau))));
+            if constexpr (F.grains)
+                shear_rate = s.fraction > eddy_free ? shear_rate : eddy;
+            else
+                shear_rate = eddy;
+        }
+        V const more = 4.5 * fluid * (even_rate - shear_rate);
+        along_x = more * dx, along_y = more * dy, along_z = more * dz;
+        shear_xy = 2.0 * more * xy, shear_xz = 2.0 * more * xz, shear_yz = 2.0 * more * yz;
+        bulk = (1.5 * (even_rate - r.energy)) * (fluid * trace);
+    }
+
+    V const even = (-0.5 * even_rate) * fluid, odd = -r.flux * fluid;
+    f0 = madd(2.0 * even, n0, f0);
+    if constexpr (F.force) f0 = madd(-1.0 / 3, work, f0);
+    if constexpr (split) f0 = madd(-1.0 / 3, bulk, f0);
+    // odd parts: f + S/2 - f_eq; what both populations gain
+    auto const collide_pair = [&](V & one, V & other, double weight, V apart_even, V stress, V difference, V cj, V cu,
+                                  double cF, V c_solid) __attribute__((always_inline))
+    {
+        V a = even * apart_even, held = 0.5 * difference;
+        if constexpr (split) a = madd(weight, stress, a);
+        if constexpr (F.force) {
+            a = a + source(weight, cu, cF);
+            held = held + 1.5 * weight * cF;
+        }
+        V b = odd * madd(-3.0 * weight, cj, held);
+        if constexpr (F.force) b = b + 3.0 * weight * cF;
+        if constexpr (F.grains) b = b + madd(-solid2, held, (3.0 * weight) * c_solid);
+        one = one + (a + b);
+        other = other + (a - b);
+    };
+    collide_pair(fx, gx, axis, nx, along_x, ox, jx, ux, Fx, solid_x);
+    collide_pair(fy, gy, axis, ny, along_y, oy, jy, uy, Fy, solid_y);
+    collide_pair(fz, gz, axis, nz, along_z, oz, jz, uz, Fz, solid_z);
+    collide_pair(fxy, gxy, diagonal, nxy, bulk - along_z + shear_xy, oxy, jx + jy, ux + uy, Fx + Fy, solid_x + solid_y);
+    collide_pair(fyx, gyx, diagonal, nyx, bulk - along_z - shear_xy, oyx, jx - jy, ux - uy, Fx - Fy, solid_x - solid_y);
+    collide_pair(fxz, gxz, diagonal, nxz, bulk - along_y + shear_xz, oxz, jx + jz, ux + uz, Fx + Fz, solid_x + solid_z);
+    collide_pair(fzx, gzx, diagonal, nzx, bulk - along_y - shear_xz, ozx, jx - jz, ux - uz, Fx - Fz, solid_x - solid_z);
+    collide_pair(fyz, gyz, diagonal, nyz, bulk - along_x + shear_yz, oyz, jy + jz, uy + uz, Fy + Fz, solid_y + solid_z);
+    collide_pair(fzy, gzy, diagonal, nzy, bulk - along_x - shear_yz, ozy, jy - jz, uy - uz, Fy - Fz, solid_y - solid_z);
+}
+
+//! Collides the cell x of a row and those after it that V has room for, in place.
+template <Features F, class V>
+[[gnu::always_inline]] inline void collide_at(Slots<3> const& slots, std::ptrdiff_t x, Relaxation const& r,
+                                              SolidRow const& row) noexcept
+{
+    std::array<V, 19> f;
+    SolidCell<V> s;
+#pragma GCC unroll 19
+    for (std::size_t q = 0; q < 19; ++q) f[q] = load<V>(slots[q] + x);
+    if constexpr (F.grains) {
+        s.fraction = load<V>(row.fraction + x);
+        s.weight = load<V>(row.weight + x);
+        for (std::size_t k = 0; k < 3; ++k) s.momentum[k] = load<V>(row.momentum[k] + x);
+    }
+    collide_cell<F, V>(f, r, s);
+#pragma GCC unroll 19
+    for (std::size_t q = 0; q < 19; ++q) store(slots[q] + x, f[q]);
+    if constexpr (F.grains) {
+        store(row.force_rate + x, s.force_rate);
+        for (std::size_t k = 0; k < 3; ++k) store(row.force[k] + x, s.force[k]);
+    }
+}
+
+//! Collides the cells [begin, end) of one row of D3Q19 in place.
+template <Features F>
+void collide(Slots<3> const& slots, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relaxation,
+             SolidRow const& solid)
+{
+    constexpr auto lanes = static_cast<std::ptrdiff_t>(lane_count);
+    Slots<3> const f = slots;
+    Relaxation const r = relaxation;
+    SolidRow const s = solid;
+    std::ptrdiff_t x = begin;
+    for (; x + lanes <= end; x += lanes) collide_at<F, Lanes>(f, x, r, s);
+    for (; x < end; ++x) collide_at<F, double>(f, x, r, s);
+}
+
+}  // namespace lbm

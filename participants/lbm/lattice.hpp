@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace lbm {
+
+//! The velocities of a lattice in the plane (D2Q9) or in space (D3Q19), in cells a step; sound speed c_s = 1/sqrt(3).
+template <int D>
+struct Lattice;
+
+//! D2Q9, numbered as Lallemand and Luo, Phys. Rev. E 61 (2000) 6546:
+//!     6 2 5
+//!     3 0 1      x to the right, y up
+//!     7 4 8
+template <>
+struct Lattice<2>
+{
+    static constexpr std::size_t directions = 9;
+    static constexpr std::array<std::array<int, 3>, directions> c = {
+        {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}}};
+    static constexpr std::array<std::size_t, directions> opposite = {0, 3, 4, 1, 2, 7, 8, 5, 6};
+    static constexpr std::array<double, directions> weight = {4.0 / 9,  1.0 / 9,  1.0 / 9,  1.0 / 9, 1.0 / 9,
+                                                              1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36};
+};
+
+//! D3Q19: after rest, pairs of opposite directions.
+template <>
+struct Lattice<3>
+{
+    static constexpr std::size_t directions = 19;
+    static constexpr std::array<std::array<int, 3>, directions> c = {{{0, 0, 0},
+                                                                      {1, 0, 0},
+                                                                      {-1, 0, 0},
+                                                                      {0, 1, 0},
+                                                                      {0, -1, 0},
+                                                                      {0, 0, 1},
+                                                                      {0, 0, -1},
+                                                                      {1, 1, 0},
+                                                                      {-1, -1, 0},
+                                                                      {1, -1, 0},
+                                                                      {-1, 1, 0},
+                                                                      {1, 0, 1},
+                                                                      {-1, 0, -1},
+                                                                      {1, 0, -1},
+                                                                      {-1, 0, 1},
+                                                                      {0, 1, 1},
+                                                                      {0, -1, -1},
+                                                                      {0, 1, -1},
+                                                                      {0, -1, 1}}};
+    static constexpr std::array<std::size_t, directions> opposite = {0, 2,  1,  4,  3,  6,  5,  8,  7, 10,
+                                                                     9, 12, 11, 14, 13, 16, 15, 18, 17};
+    static constexpr std::array<double, directions> weight = {
+        1.0 / 3,  1.0 / 18, 1.0 / 18, 1.0 / 18, 1.0 / 18, 1.0 / 18, 1.0 / 18, 1.0 / 36, 1.0 / 36, 1.0 / 36,
+        1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36};
+};
+
+//! How a body turns: about the normal of the plane, or about any axis.
+template <int D>
+inline constexpr std::size_t spins = D == 2 ? 1 : 3;
+
+template <std::size_t N>
+constexpr double dot(std::array<int, 3> const& c, std::array<double, N> const& v) noexcept
+{
+    double sum = 0;
+    for (std::size_t k = 0; k < N; ++k) sum += c[k] * v[k];
+    return sum;
+}
+
+//! Equilibrium of direction q, shifted: f_eq - w_q [-]. `density_excess` = rho - 1, velocity in cells a step.
+template <int D>
+constexpr double equilibrium(std::size_t q, double density_excess, std::array<double, D> const& u) noexcept
+{
+    double square = 0;
+    for (double const v : u) square += v * v;
+    double const cu = dot(Lattice<D>::c[q], u);
+    double const second = 3.0 * cu + 4.5 * cu * cu - 1.5 * square;
+    return Lattice<D>::weight[q] * (density_excess + (1.0 + density_excess) * second);
+}
+
+}  // namespace lbm

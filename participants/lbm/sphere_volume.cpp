@@ -1,0 +1,79 @@
+#include "participants/lbm/sphere_volume.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lbm {
+namespace {
+
+//! Of a cell whose centre is (x, y, z) away from the sphere's [-].
+inline double covered(double x, double y, double z, double radius_square) noexcept
+{
+    constexpr std::array<double, 3> point = {-0.38729833462074170, 0.0, 0.38729833462074170},
+                                    share = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    double const low = std::min(x, y), high = std::max(x, y), height = std::max(high, z), b = std::min(low, z),
+                 c = std::max(low, std::min(high, z));
+    double sum = 0;
+#pragma GCC unroll 3
+    for (std::size_t i = 0; i < 3; ++i) {
+        double const left = radius_square - (b + point[i]) * (b + point[i]);
+#pragma GCC unroll 3
+        for (std::size_t j = 0; j < 3; ++j) {
+            double const half = std::sqrt(std::max(0.0, left - (c + point[j]) * (c + point[j])));
+            sum += share[i] * share[j] * std::max(0.0, std::min(half, height + 0.5) - std::max(-half, height - 0.5));
+        }
+    }
+    return sum;
+}
+
+//! Half the chord of the sphere at a distance from its centre.
+double half_chord(double radius, double y, double z) noexcept
+{
+    return std::sqrt(std::max(0.0, radius * radius - y * y - z * z));
+}
+
+}  // namespace
+
+SphereBox sphere_box(std::array<double, 3> const& centre, double radius) noexcept
+{
+    SphereBox box;
+    for (std::size_t k = 0; k < 3; ++k) {
+        box.first[k] = static_cast<std::ptrdiff_t>(std::floor(centre[k] - radius));
+        box.size[k] = static_cast<std::ptrdiff_t>(std::floor(centre[k] + radius)) + 1 - box.first[k];
+    }
+    return box;
+}
+
+void rasterise(std::array<double, 3> const& centre, double radius, SphereBox const& box, std::span<double> fraction,
+               std::span<std::ptrdiff_t> columns)
+{
+    std::ptrdiff_t const width = box.size[0], rows = box.size[1] * box.size[2],
+                         length = static_cast<std::ptrdiff_t>(fraction.size()) / rows;
+    double const first = static_cast<double>(box.first[0]) + 0.5 - centre[0], square = radius * radius;
+    for (std::ptrdiff_t row = 0; row < rows; ++row) {
+        double const y = std::abs(static_cast<double>(box.first[1] + row % box.size[1]) + 0.5 - centre[1]);
+        double const z = std::abs(static_cast<double>(box.first[2] + row / box.size[1]) + 0.5 - centre[2]);
+        double* const line = fraction.data() + row * length;
+        std::ptrdiff_t* const extent = columns.data() + 2 * row;
+        std::fill_n(line, length, 0.0);
+        double const wide = half_chord(radius, std::max(0.0, y - 0.5), std::max(0.0, z - 0.5)),
+                     narrow = half_chord(radius, y + 0.5, z + 0.5);  // cells within are covered wholly
+        extent[0] = extent[1] = 0;
+        if (wide == 0) continue;
+        extent[0] = std::max<std::ptrdiff_t>(0, static_cast<std::ptrdiff_t>(std::floor(-wide - first + 0.5)));
+        extent[1] = std::min(width, static_cast<std::ptrdiff_t>(std::ceil(wide - first + 0.5)));
+        auto const inner =
+            std::clamp(static_cast<std::ptrdiff_t>(std::ceil(-narrow - first + 0.5)), extent[0], extent[1]);
+        auto const outer = std::clamp(static_cast<std::ptrdiff_t>(std::floor(narrow - first + 0.5)), inner, extent[1]);
+        auto const cut = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+#pragma omp simd
+            for (std::ptrdiff_t k = begin; k < end; ++k)
+                line[k] = covered(std::abs(first + static_cast<double>(k)), y, z, square);
+        };
+        cut(extent[0], inner);
+        std::fill(line + inner, line + outer, 1.0);
+        cut(outer, extent[1]);
+    }
+}
+
+}  // namespace lbm
