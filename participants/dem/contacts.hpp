@@ -6,9 +6,9 @@
 //! The loops over contacts; what happens in one is in contact.hpp.
 namespace dem {
 
-//! Adds the contact and wall forces at the current positions to grains.contact, which is zero before; `dt` is the length of the step that led here [s], 0 to
-//! evaluate the forces again without a step. With the ledger, books sliding and touch, and sets state.lossy.
-//! `team`: who shares the loops, null: nobody. The number of threads changes no bit.
+//! Adds the contact and wall forces at the current positions to grains.contact, which is zero before; `dt` is the
+//! length of the step that led here [s], 0 to evaluate the forces again without a step. With the ledger, books sliding
+//! and touch, and sets state.lossy. `team`: who shares the loops, null: nobody. The number of threads changes no bit.
 template <int D>
 using Evaluate = void (*)(Setup<D> const&, State<D>&, double dt, sluice::Team* team) noexcept;
 
