@@ -3,6 +3,7 @@
 #include <string>
 
 #include "participants/lbm/solver.hpp"
+#include "tests/participants/lbm/kept_populations.hpp"
 #include "tests/participants/lbm/plain_lattice.hpp"
 
 namespace {
@@ -43,19 +44,6 @@ std::vector<lbm::Body<2>> discs_at(int step, bool periodic)
             {19.0 + 0.03 * t, 12.4 - 0.02 * t, 4.4, 0.03, -0.02, -0.001},
             last,
             {30.0, 22.5, 2.5, 0, 0, 0}};
-}
-
-//! Shape [q][y][x].
-std::vector<double> populations_of(lbm::Solver<2>& solver)
-{
-    sluice::State kept;
-    solver.keep(kept);
-    std::vector<double> all;
-    for (std::size_t q = 0; q < lbm::Lattice<2>::directions; ++q) {
-        auto const cells = kept.numbers("populations/" + std::to_string(q));
-        all.insert(all.end(), cells.begin(), cells.end());
-    }
-    return all;
 }
 
 void check(Scene const& scene)

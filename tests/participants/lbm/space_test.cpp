@@ -6,6 +6,7 @@
 #include <string>
 
 #include "participants/lbm/solver.hpp"
+#include "tests/participants/lbm/kept_populations.hpp"
 #include "tests/participants/lbm/plain_space.hpp"
 #include "tests/support/close_to.hpp"
 
@@ -49,18 +50,6 @@ std::vector<lbm::Body<3>> spheres_at(int step, bool periodic)
     return {{{6.3 + 0.02 * t, 8.1 - 0.01 * t, 6.7}, 3.4, {0.02, -0.01, 0}, {0.002, -0.001, 0.003}},
             {{11.2 + 0.02 * t, 8.9, 7.1 + 0.01 * t}, 2.6, {0.02, 0, 0.01}, {0, 0.004, 0}},
             {{x, 11.8, z}, 2.2, {0, 0, 0}, {0.01, 0, 0}}};
-}
-
-std::vector<double> populations_of(lbm::Solver<3>& solver)
-{
-    sluice::State kept;
-    solver.keep(kept);
-    std::vector<double> all;
-    for (std::size_t q = 0; q < lbm::Lattice<3>::directions; ++q) {
-        auto const cells = kept.numbers("populations/" + std::to_string(q));
-        all.insert(all.end(), cells.begin(), cells.end());
-    }
-    return all;
 }
 
 //! Spheres as arrays.

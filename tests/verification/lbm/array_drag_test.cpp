@@ -32,13 +32,6 @@ double drag(std::ptrdiff_t side, double diameter, double factor, std::array<doub
     return push * length * length / (c.viscosity * u);
 }
 
-std::string text(char const* pattern, double a, double b)
-{
-    char out[80];
-    std::snprintf(out, sizeof out, pattern, a, b);
-    return out;
-}
-
 }  // namespace
 
 TEST_CASE("L06: Stokes drag on a square array of discs, d = 20 cells (c <= 0.4) and gap = 10 cells")

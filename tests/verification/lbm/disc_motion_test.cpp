@@ -9,13 +9,6 @@ using namespace lattice_case;
 
 namespace {
 
-std::string text(char const* pattern, double a, double b)
-{
-    char out[80];
-    std::snprintf(out, sizeof out, pattern, a, b);
-    return out;
-}
-
 //! F/(mu U) of a disc dragged along the axis of a closed channel of width H and length 6 H [-].
 double confined_drag(std::ptrdiff_t height, double ratio, double tau)
 {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cmath>
+#include <cstdio>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "participants/lbm/solver.hpp"
@@ -68,6 +70,13 @@ double run_to_steady(AnySolver& solver, int interval, double tolerance, int limi
         if (done > 3 * interval && settled) return extrapolated;
     }
     return extrapolated;
+}
+
+inline std::string text(char const* pattern, double a, double b)
+{
+    char out[80];
+    std::snprintf(out, sizeof out, pattern, a, b);
+    return out;
 }
 
 inline double relative(double value, double reference)

@@ -94,13 +94,6 @@ double array_drag(std::ptrdiff_t side, double diameter, double tau)
     return push * length * length * length / (3 * pi * c.viscosity * diameter * u);
 }
 
-std::string text(char const* pattern, double a, double b)
-{
-    char out[80];
-    std::snprintf(out, sizeof out, pattern, a, b);
-    return out;
-}
-
 }  // namespace
 
 TEST_CASE("L01b: laminar flow in ducts, aspect ratio 1, 2, 3")
