@@ -1,0 +1,124 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "tests/verification/mpm/bars.hpp"
+
+using namespace verification;
+
+namespace {
+
+//! A disc of an elastic solid that turns steadily, with the stress of its turning from the start.
+class Disc
+{
+ public:
+    Disc(double radius, double rate, double density, mpm::Elasticity const& e)
+        : radius_(radius), rate_(rate), solver_(make(radius, density, e))
+    {
+        double const nu = e.poissons_ratio, plane = nu / (1 - nu);
+        scale_ = density * rate * rate * radius * radius / 8;
+        for (auto& p : solver_.points()) {
+            mpm::Vec<2> const arm = p.place - centre();
+            p.velocity = {-rate * arm[1], rate * arm[0]};
+            p.slope << 0, -rate, rate, 0;
+            auto const [radial, around] = exact(arm.norm(), plane);
+            mpm::Vec<2> const n = arm.normalized();
+            mpm::Mat<2> const across = n * n.transpose();
+            p.matter.stress.topLeftCorner<2, 2>() = radial * across + around * (mpm::Mat<2>::Identity() - across);
+            p.matter.stress(2, 2) = nu * (radial + around);
+        }
+        plane_ = plane;
+        momentum_ = momentum();
+    }
+
+    void turn(double turns)
+    {
+        while (solver_.time() < turns * 2 * std::numbers::pi / rate_) solver_.step(solver_.longest_step());
+    }
+    //! Mean error of radial and tangential stress, by the stress at the centre, over points within 0.9 R.
+    double stress_error() const
+    {
+        double sum = 0;
+        int count = 0;
+        for (auto const& p : solver_.state().points) {
+            mpm::Vec<2> const arm = p.place - centre();
+            if (arm.norm() > 0.9 * radius_) continue;
+            auto const [radial, around] = exact(arm.norm(), plane_);
+            mpm::Vec<2> const n = arm.normalized(), t(-n[1], n[0]);
+            mpm::Mat<2> const s = p.matter.stress.topLeftCorner<2, 2>();
+            sum += std::abs(n.dot(s * n) - radial) + std::abs(t.dot(s * t) - around);
+            count += 2;
+        }
+        return sum / count / ((3 + plane_) * scale_);
+    }
+    double momentum_drift() const { return std::abs(momentum() / momentum_ - 1); }
+    double radius_change() const
+    {
+        double most = 0;
+        for (auto const& p : solver_.state().points) most = std::max(most, (p.place - centre()).norm());
+        return std::abs(most / first_ - 1);
+    }
+
+ private:
+    static mpm::Vec<2> centre() { return mpm::Vec<2>::Constant(0.0); }
+    mpm::Solver<2> make(double radius, double density, mpm::Elasticity const& e)
+    {
+        mpm::Config c;
+        c.cell = radius / 16;
+        c.origin = {-20 * c.cell, -20 * c.cell, 0};
+        c.size = {40 * c.cell, 40 * c.cell, 0};
+        c.flip = 1;
+        c.density = density;
+        c.law = mpm::LinearElastic{e};
+        c.bodies.push_back({.ball = true, .radius = radius});
+        auto solver = mpm::make_solver<2>(c);
+        for (auto const& p : solver.state().points) first_ = std::max(first_, p.place.norm());
+        return solver;
+    }
+    //! Radial and tangential stress [Pa].
+    std::pair<double, double> exact(double r, double plane) const
+    {
+        double const x = r * r / (radius_ * radius_);
+        return {(3 + plane) * scale_ * (1 - x), scale_ * (3 + plane - (1 + 3 * plane) * x)};
+    }
+    double momentum() const
+    {
+        double sum = 0;
+        for (auto const& p : solver_.state().points) {
+            mpm::Vec<2> const arm = p.place - centre();
+            sum += p.mass * (arm[0] * p.velocity[1] - arm[1] * p.velocity[0]);
+        }
+        return sum;
+    }
+
+    double radius_, rate_, first_ = 0, scale_ = 0, plane_ = 0, momentum_ = 0;
+    mpm::Solver<2> solver_;
+};
+
+}  // namespace
+
+//! M06, M06b: a steadily turning disc in plane strain (files M06_rotating_disc.csv, M06b_rotating_disc.csv; closed
+//! form). Marks: stress 5 % in the mean, angular momentum 1e-3, radius 0.5 %, after 1 and 5 turns.
+TEST_CASE("M06: a disc turns")
+{
+    struct Row
+    {
+        char const* id;
+        double radius, rate, density, modulus, poisson;
+    };
+    for (Row const& row : {Row{"M06", 1, 2, 1000, 1e6, 0.3}, Row{"M06b", 0.5, 6, 1800, 5e6, 0.2}}) {
+        Stopwatch const watch;
+        Disc disc(row.radius, row.rate, row.density, {row.modulus, row.poisson});
+        for (double turns : {1.0, 5.0}) {
+            disc.turn(turns);
+            std::string const after = named(", after %.0f turns", turns);
+            double const stress = disc.stress_error(), momentum = disc.momentum_drift(), radius = disc.radius_change();
+            CHECK(report({row.id, "stress" + after, stress, 0, stress, 0.05, watch.seconds()}));
+            CHECK(report({row.id, "angular momentum" + after, momentum, 0, momentum, 1e-3, watch.seconds()}));
+            CHECK(report({row.id, "radius" + after, radius, 0, radius, 0.005, watch.seconds()}));
+        }
+    }
+}
