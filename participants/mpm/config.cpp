@@ -65,6 +65,7 @@ void read_scheme(sluice::Reader& r, Config& c)
 {
     c.points = static_cast<int>(r.integer_or("points", c.points, {.min = 1, .max = 16}));
     c.basis = static_cast<BasisKind>(r.choice_or("basis", 0, {"gimp", "linear", "spline"}));
+    c.width = static_cast<Width>(r.choice_or("width", 0, {"fixed", "stretch"}));
     c.scheme = static_cast<Scheme>(r.choice_or("scheme", 0, {"musl", "usl"}));
     c.flip = r.number_or("flip", c.flip, {.min = 0.0, .max = 1.0});
     bool const hats = c.basis == BasisKind::linear;

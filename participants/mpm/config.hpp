@@ -46,6 +46,7 @@ struct Config
     double cell = 0;                  //!< h [m]
     int points = 2;                   //!< in a cell, along each axis
     BasisKind basis = BasisKind::gimp;
+    Width width = Width::fixed;
     Scheme scheme = Scheme::musl;
     double flip = 0.99;  //!< share of FLIP
     bool affine = true;  //!< points bring the gradient of their velocity to the grid; not with hat functions

@@ -95,6 +95,7 @@ Setup<D> make_setup(Config const& c)
     for (std::size_t k = 0; k < D; ++k) setup.cells[k] = static_cast<int>(std::lround(c.size[k] / c.cell));
     setup.cell = c.cell;
     setup.half_width = 0.5 / c.points;
+    setup.width = c.width;
     setup.density = c.density;
     setup.basis = c.basis;
     setup.scheme = c.scheme;

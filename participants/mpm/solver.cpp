@@ -111,7 +111,7 @@ void Solver<D>::step(double dt)
     move_nodes(dt);
     transfer_->to_points(setup_, state_, grid_, dt);
     set_strain_velocities();
-    transfer_->gradients(setup_, places_, grid_, dt, increments_);
+    transfer_->gradients(setup_, state_, places_, grid_, dt, increments_);
     if (setup_.affine)  // v* = slope x(n) = slope (I + dt slope)^-1 x(n+1)
         for (Point<D>& p : state_.points) p.slope = (p.slope * (Mat<D>::Identity() + dt * p.slope).inverse()).eval();
     state_.time += dt;

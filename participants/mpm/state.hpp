@@ -54,6 +54,12 @@ struct Traction
     Vec<D> stress = Vec<D>::Zero();  //!< force per area at the start [Pa]
 };
 
+enum class Width
+{
+    fixed,   //!< a point stays as wide as it was
+    stretch  //!< it follows its stretch along each axis, up to a cell
+};
+
 enum class Scheme
 {
     musl,  //!< strain from velocities that the points gave back to the grid
@@ -67,8 +73,9 @@ struct Setup
     Vec<D> origin = Vec<D>::Zero();  //!< lower corner of the domain [m]
     std::array<int, D> cells{};      //!< of the domain along each axis
     double cell = 0;                 //!< h [m]
-    double half_width = 0;           //!< of a point, in cells
-    double density = 0;              //!< of the matter at the start [kg/m3]; what a full cell has
+    double half_width = 0;           //!< of a point at the start, in cells
+    Width width = Width::fixed;
+    double density = 0;  //!< of the matter at the start [kg/m3]; what a full cell has
     BasisKind basis = BasisKind::gimp;
     Scheme scheme = Scheme::musl;
     double flip = 1;      //!< share of FLIP in the velocity update; the rest is PIC

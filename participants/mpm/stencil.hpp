@@ -13,10 +13,11 @@ struct Stencil
     std::array<int, D> first{};
     std::array<std::array<double, Basis::width>, D> weight{}, slope{};  //!< [-], [1/m]
 
-    //! `place` in cells from node 0.
-    Stencil(Basis const& basis, Vec<D> const& place, double cell)
+    //! `place` in cells from node 0, `half_width` of the point along each axis in cells.
+    Stencil(Vec<D> const& half_width, Vec<D> const& place, double cell)
     {
         for (std::size_t k = 0; k < D; ++k) {
+            Basis const basis(half_width[static_cast<int>(k)]);
             double const x = place[static_cast<int>(k)];
             first[k] = basis.first(x);
             for (int j = 0; j < Basis::width; ++j) {

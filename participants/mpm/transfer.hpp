@@ -19,7 +19,8 @@ struct Transfer
     //! Momentum of the points as they are now, at the weights of the `places` where they were; for MUSL.
     void (*back_to_grid)(Setup<D> const&, State<D> const&, std::span<Vec<D> const> places, Grid<D>&);
     //! The increment of the deformation gradient of each point, at the weights of the `places` where it was.
-    void (*gradients)(Setup<D> const&, std::span<Vec<D> const> places, Grid<D>&, double dt, std::vector<Mat<D>>&);
+    void (*gradients)(Setup<D> const&, State<D> const&, std::span<Vec<D> const> places, Grid<D>&, double dt,
+                      std::vector<Mat<D>>&);
 };
 
 template <int D>

@@ -85,7 +85,7 @@ TEST_CASE("stencil: a product of axes reproduces a linear field of the plane and
         mpm::Vec<D> place;
         for (int k = 0; k < D; ++k) place[k] = 1.3 + 0.7 * k;
         double const cell = 0.5;
-        mpm::Stencil<D, mpm::Gimp> const at(mpm::Gimp(0.25), place, cell);
+        mpm::Stencil<D, mpm::Gimp> const at(mpm::Vec<D>::Constant(0.25), place, cell);
         double sum = 0;
         mpm::Vec<D> mean = mpm::Vec<D>::Zero();
         mpm::Mat<D> gradient = mpm::Mat<D>::Zero();

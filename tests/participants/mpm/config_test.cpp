@@ -47,6 +47,7 @@ TEST_CASE("config: defaults")
     mpm::Config const c = read(domain + material + column);
     CHECK(c.points == 2);
     CHECK(c.basis == mpm::BasisKind::gimp);
+    CHECK(c.width == mpm::Width::fixed);
     CHECK(c.scheme == mpm::Scheme::musl);
     CHECK(c.flip == 0.99);
     CHECK(c.affine);
@@ -70,6 +71,7 @@ TEST_CASE("config: every key")
     mpm::Config const c = read(domain + column + R"(
 points: 3
 basis: spline
+width: stretch
 scheme: usl
 flip: 0.9
 affine: false
@@ -87,6 +89,7 @@ geostatic: {surface: 0.08, k0: 0.5}
 )");
     CHECK(c.points == 3);
     CHECK(c.basis == mpm::BasisKind::spline);
+    CHECK(c.width == mpm::Width::stretch);
     CHECK(c.scheme == mpm::Scheme::usl);
     CHECK(c.flip == 0.9);
     CHECK(!c.affine);
