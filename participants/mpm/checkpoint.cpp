@@ -29,16 +29,12 @@ void each_column(Each&& each)
 }
 
 template <int D>
-void require_usable(Setup<D> const& setup, State<D> const& state)
+void require_usable(Solver<D> const& solver, State<D> const& state)
 {
     for (Point<D> const& p : state.points) {
-        bool usable = p.mass > 0 && p.volume > 0 && p.matter.ratio > 0 && std::isfinite(p.mass + p.volume) &&
-                      std::isfinite(p.matter.ratio) && p.matter.stress.allFinite() && p.velocity.allFinite() &&
-                      p.slope.allFinite();
-        for (int k = 0; k < D; ++k) {
-            double const cells = (p.place[k] - setup.origin[k]) / setup.cell;
-            usable = usable && cells >= 0 && cells <= setup.cells[static_cast<std::size_t>(k)];
-        }
+        bool const usable = solver.contains(p.place) && p.mass > 0 && p.volume > 0 && p.matter.ratio > 0 &&
+                            std::isfinite(p.mass + p.volume) && std::isfinite(p.matter.ratio) &&
+                            p.matter.stress.allFinite() && p.velocity.allFinite() && p.slope.allFinite();
         require(usable, [&] {
             return Error("mpm: the checkpoint has a point " + std::to_string(p.id) +
                              " that no run has (needs numbers, a place in the domain). Resume from an older one.",
@@ -83,7 +79,7 @@ void restore(Solver<D>& solver, sluice::State const& kept)
     state.booked = {booked[0], booked[1], booked[2], booked[3], booked[4]};
     state.time = kept.number("time");
     state.steps = kept.integer("steps");
-    require_usable(solver.setup(), state);
+    require_usable(solver, state);
     std::int64_t const light_nodes = kept.integer("light_nodes");
     solver.restore(std::move(state));
     solver.count_light_nodes_from(light_nodes);

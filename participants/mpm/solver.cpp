@@ -16,6 +16,8 @@ using sluice::Exit;
 using sluice::require;
 
 constexpr double light = 1e-9;  //!< of a full cell's mass
+constexpr double pressed =
+    0.499;  //!< cells by which points may be pressed into a side; at 1/2 it holds them altogether
 
 template <int D>
 std::string text_of(Vec<D> const& v)
@@ -35,16 +37,6 @@ std::string number(double value)
     return text;
 }
 
-template <int D>
-bool is_inside(Setup<D> const& setup, Vec<D> const& place)
-{
-    for (int k = 0; k < D; ++k) {
-        double const x = place[k] - setup.origin[k];
-        if (!(x >= 0 && x <= setup.cells[static_cast<std::size_t>(k)] * setup.cell)) return false;
-    }
-    return true;
-}
-
 }  // namespace
 
 template <int D>
@@ -60,7 +52,7 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
                      std::to_string(most_walls) + ").");
     });
     for (Point<D> const& p : state_.points) {
-        require(is_inside(setup_, p.place), [&] {
+        require(contains(p.place), [&] {
             return Error("mpm: point " + std::to_string(p.id) + " starts at " + text_of<D>(p.place) +
                          " m, outside the domain (must be inside).");
         });
@@ -71,6 +63,19 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
             });
     }
     find_speed();
+}
+
+template <int D>
+bool Solver<D>::contains(Vec<D> const& place) const
+{
+    Vec<D> low = Vec<D>::Zero(), high;
+    for (int k = 0; k < D; ++k) high[k] = setup_.cells[static_cast<std::size_t>(k)];
+    for (Wall const& wall : setup_.walls) {
+        if (wall.kind == WallKind::open || std::isfinite(wall.removed_at)) continue;
+        (wall.side < 0 ? low : high)[wall.axis] += wall.side * pressed;
+    }
+    Vec<D> const cells = (place - setup_.origin) / setup_.cell;
+    return (cells.array() >= low.array()).all() && (cells.array() <= high.array()).all();
 }
 
 template <int D>
@@ -215,7 +220,7 @@ template <int D>
 void Solver<D>::check_places() const
 {
     for (Point<D> const& p : state_.points) {
-        if (is_inside(setup_, p.place)) continue;
+        if (contains(p.place)) continue;
         char const* const seen = p.place.allFinite() ? "has left the domain (must stay inside). Try a larger one."
                                                      : "its place is not a number. Try a shorter step.";
         throw Error(where(p) + seen, Exit::numerical);

@@ -30,6 +30,10 @@ class Solver
     //! One cell at that speed [s]; step() refuses more.
     double limit() const { return setup_.cell / speed_; }
 
+    //! Whether a point may be there: in the domain, or in a side that is a wall by less than half a cell, where nothing
+    //! moves it further.
+    bool contains(Vec<D> const& place) const;
+
     Setup<D> const& setup() const { return setup_; }
     State<D> const& state() const { return state_; }
     std::vector<Point<D>>& points() { return state_.points; }

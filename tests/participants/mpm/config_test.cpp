@@ -183,6 +183,8 @@ TEST_CASE("setup: a step above the limit, a body without points and one outside 
     CHECK(contains(refused(c), "no points"));
     c = read(domain + material + column);
     c.bodies[0].high[0] = 0.5;
+    CHECK(contains(refused(c), "behind a wall or gate at 0.4 m"));
+    c.walls[1].kind = mpm::WallKind::open;
     CHECK(contains(refused(c), "outside the domain"));
     c = read(domain + material + column + "gates: [{at: 0.05, removed_at: 1}]\n");
     CHECK(contains(refused(c), "behind a wall or gate"));

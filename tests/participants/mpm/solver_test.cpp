@@ -261,6 +261,30 @@ TEST_CASE("solver: what blows up is named, with point, place and time")
     CHECK(contains(error_of([&] { broken.step(1e-4); }), "not a number"));
 }
 
+TEST_CASE("solver: a wall stops points before they are half a cell into it, an open side lets none pass")
+{
+    for (auto kind : {mpm::WallKind::rough, mpm::WallKind::roller, mpm::WallKind::fixed, mpm::WallKind::open}) {
+        mpm::Config c = box<2>(1.2, {0.4, 0, 0}, {0.8, 0.1, 0});
+        c.law = mpm::LinearElastic{{1e3, 0}};  // hardly resists
+        c.bodies[0].velocity = {0, -0.5, 0};
+        c.walls.push_back({.axis = 1, .side = -1, .place = 0, .kind = kind, .friction = 0.3});
+        auto solver = mpm::make_solver<2>(c);
+        double lowest = 1;
+        auto const fall = [&] {
+            while (solver.time() < 0.5) {
+                solver.step(solver.longest_step());
+                for (auto const& p : solver.state().points) lowest = std::min(lowest, p.place[1]);
+            }
+        };
+        if (kind == mpm::WallKind::open) {
+            CHECK(contains(error_of(fall), "has left the domain"));
+            continue;
+        }
+        fall();
+        CHECK(lowest > -0.05);
+    }
+}
+
 TEST_CASE("solver: nodes of almost no mass do not blow up strain, and are counted")
 {
     for (auto scheme : {mpm::Scheme::usl, mpm::Scheme::musl}) {

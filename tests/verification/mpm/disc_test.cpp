@@ -1,9 +1,11 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "tests/verification/mpm/bars.hpp"
 
@@ -34,22 +36,27 @@ class Disc
         momentum_ = momentum();
     }
 
+    //! Up to so many turns; means are taken over the last tenth of one.
     void turn(double turns)
     {
-        while (solver_.time() < turns * 2 * std::numbers::pi / rate_) solver_.step(solver_.longest_step());
+        double const turn = 2 * std::numbers::pi / rate_;
+        while (solver_.time() < (turns - 0.1) * turn) solver_.step(solver_.longest_step());
+        sum_.assign(solver_.state().points.size(), {0, 0, 0});
+        while (solver_.time() < turns * turn) {
+            solver_.step(solver_.longest_step());
+            for (std::size_t p = 0; p < sum_.size(); ++p) add(solver_.state().points[p], sum_[p]);
+        }
     }
     //! Mean error of radial and tangential stress, by the stress at the centre, over points within 0.9 R.
     double stress_error() const
     {
         double sum = 0;
         int count = 0;
-        for (auto const& p : solver_.state().points) {
-            mpm::Vec<2> const arm = p.place - centre();
-            if (arm.norm() > 0.9 * radius_) continue;
-            auto const [radial, around] = exact(arm.norm(), plane_);
-            mpm::Vec<2> const n = arm.normalized(), t(-n[1], n[0]);
-            mpm::Mat<2> const s = p.matter.stress.topLeftCorner<2, 2>();
-            sum += std::abs(n.dot(s * n) - radial) + std::abs(t.dot(s * t) - around);
+        for (std::size_t p = 0; p < sum_.size(); ++p) {
+            double const r = solver_.state().points[p].place.norm();
+            if (r > 0.9 * radius_) continue;
+            auto const [radial, around] = exact(r, plane_);
+            sum += std::abs(sum_[p][0] / sum_[p][2] - radial) + std::abs(sum_[p][1] / sum_[p][2] - around);
             count += 2;
         }
         return sum / count / ((3 + plane_) * scale_);
@@ -63,6 +70,15 @@ class Disc
     }
 
  private:
+    //! Adds radial and tangential stress, and one.
+    static void add(mpm::Point<2> const& p, std::array<double, 3>& sum)
+    {
+        mpm::Vec<2> const n = (p.place - centre()).normalized(), t(-n[1], n[0]);
+        mpm::Mat<2> const s = p.matter.stress.topLeftCorner<2, 2>();
+        sum[0] += n.dot(s * n);
+        sum[1] += t.dot(s * t);
+        sum[2] += 1;
+    }
     static mpm::Vec<2> centre() { return mpm::Vec<2>::Constant(0.0); }
     mpm::Solver<2> make(double radius, double density, mpm::Elasticity const& e)
     {
@@ -96,13 +112,14 @@ class Disc
 
     double radius_, rate_, first_ = 0, scale_ = 0, plane_ = 0, momentum_ = 0;
     mpm::Solver<2> solver_;
+    std::vector<std::array<double, 3>> sum_;
 };
 
 }  // namespace
 
-//! M06, M06b: a steadily turning disc in plane strain (files M06_rotating_disc.csv, M06b_rotating_disc.csv; closed
-//! form). Marks: stress 5 % in the mean, angular momentum 1e-3, radius 0.5 %, after 1 and 5 turns.
-TEST_CASE("M06: a disc turns")
+namespace {
+
+void check(std::initializer_list<double> after_turns)
 {
     struct Row
     {
@@ -112,7 +129,7 @@ TEST_CASE("M06: a disc turns")
     for (Row const& row : {Row{"M06", 1, 2, 1000, 1e6, 0.3}, Row{"M06b", 0.5, 6, 1800, 5e6, 0.2}}) {
         Stopwatch const watch;
         Disc disc(row.radius, row.rate, row.density, {row.modulus, row.poisson});
-        for (double turns : {1.0, 5.0}) {
+        for (double turns : after_turns) {
             disc.turn(turns);
             std::string const after = named(", after %.0f turns", turns);
             double const stress = disc.stress_error(), momentum = disc.momentum_drift(), radius = disc.radius_change();
@@ -121,4 +138,20 @@ TEST_CASE("M06: a disc turns")
             CHECK(report({row.id, "radius" + after, radius, 0, radius, 0.005, watch.seconds()}));
         }
     }
+}
+
+}  // namespace
+
+//! M06, M06b: a steadily turning disc in plane strain (files M06_rotating_disc.csv, M06b_rotating_disc.csv; closed
+//! form). Marks: stress 5 % in the mean, angular momentum 1e-3, radius 0.5 %. A rim of squares is not in balance with
+//! the stress of a round one, and the disc rings: stress is averaged over a tenth of a turn, some periods.
+TEST_CASE("M06: a disc turns once")
+{
+    check({1});
+}
+
+//! Minutes: only `./dev verify` runs it.
+TEST_CASE("M06: a disc turns five times" * doctest::skip())
+{
+    check({5});
 }
