@@ -21,7 +21,7 @@ std::vector<std::pair<std::string, std::string>> const& meanings()
         {"data.*.columns.*.unit", "A product of SI units with powers: m/s, N m, W/m2/K, 1."},
         {"participants",
          "Who takes part: name (letters, digits, _ and -) and what it is. It listens for those after it."},
-        {"participants.*.solver", "An executable beside sluice or on PATH, e.g. dem, lbm."},
+        {"participants.*.solver", "An executable beside sluice or on PATH, e.g. dem, lbm, mpm."},
         {"participants.*.command", "Program and arguments instead of solver."},
         {"participants.*.host", "Address or name of the host where it runs; absent: this one."},
         {"participants.*.ranks", "Processes that it consists of."},

@@ -8,8 +8,8 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_PACKAGE_DESCRIPTION
 "Sluice couples solvers that run as separate executables over ZeroMQ, MPI or
 shared memory; one YAML file, the scene, says who takes part and what flows.
-This package has the command sluice, solvers for grains (dem) and fluid (lbm),
-scenes ready to run, and the library for participants of your own in C++, C
+This package has the command sluice, solvers for grains (dem), fluid (lbm) and
+continua (mpm), scenes ready to run, and the library for participants of your own in C++, C
 or Python. The solvers use AVX-512 or AVX2 where the processor has it.")
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)

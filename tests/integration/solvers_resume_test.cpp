@@ -190,6 +190,14 @@ Case dry()
              "output.series=0.001"}};
 }
 
+//! A continuum of few points.
+Case continuum()
+{
+    return {"mpm_column.yaml",
+            {{"soil", MPM_COMMAND}},
+            {"time.end=0.06", "participants.soil.config.cell=0.01", "output.interval=0.005", "output.series=0.001"}};
+}
+
 //! Sixty spheres with all measures, some at intervals of their own that no other output has.
 Case measured()
 {
@@ -308,6 +316,14 @@ TEST_CASE("dry column, one participant alone: killed or stopped and resumed, it 
     c.run("whole", {never});
     check_killed(c, {2, 80, 200});
     check_stopped(c, {{0, 5}, {0, 150}});
+}
+
+TEST_CASE("column of a continuum: killed or stopped and resumed, it leaves the same bits")
+{
+    Case const c = continuum();
+    c.run("whole", {never});
+    check_killed(c, {2, 8});
+    check_stopped(c, {{0, 5}});
 }
 
 TEST_CASE("measures: killed or stopped and resumed, no row, picture or step is missing or there twice")

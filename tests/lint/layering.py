@@ -7,7 +7,7 @@ import re
 import sys
 
 SIBLINGS = {"scene", "schedule", "wire", "transport", "mapping", "record"}
-SOLVERS = {"dem", "lbm"}
+SOLVERS = {"dem", "lbm", "mpm"}
 SHARED = {"frame"}  # by the solvers
 
 

@@ -71,7 +71,7 @@ run_level() {
     wait $run || { cat "$root.$level" && exit 1; }
     rm "$root.$level"
     local solver
-    for solver in dem lbm; do
+    for solver in dem lbm mpm; do
         grep -q "/usr/lib/sluice/$level/$solver" <<<"$files" || { echo "$solver did not run as $level:$files" && exit 1; }
     done
     ! grep -oE '/lib/sluice/[^/ ]+' <<<"$files" | grep -vx "/lib/sluice/$level" || exit 1
@@ -82,7 +82,7 @@ run_level() {
 check_code() {
     local level solver ymm zmm
     for level in x86-64 x86-64-v3 x86-64-v4; do
-        for solver in dem lbm; do
+        for solver in dem lbm mpm; do
             ymm=$(objdump -d "$1/$level/$solver" | grep -c '%ymm' || true)
             zmm=$(objdump -d "$1/$level/$solver" | grep -c '%zmm' || true)
             case $level:$((ymm > 0)):$((zmm > 0)) in
@@ -125,7 +125,7 @@ inside() {
     [ -s "$root/home/user/graph.svg" ] || { echo "no picture" && exit 1; }
     as_root apt-get purge -y -qq sluice >/dev/null 2>&1
     local left
-    left=$(find "$root/usr" -iname '*sluice*' && find "$root/usr/bin" -name dem -o -name lbm)
+    left=$(find "$root/usr" -iname '*sluice*' && find "$root/usr/bin" -name dem -o -name lbm -o -name mpm)
     [ -z "$left" ] || { echo "left behind after removal: $left" && exit 1; }
     echo "removed without a trace"
 }

@@ -12,7 +12,7 @@ rm -rf "$scratch"
 mkdir -p "$scratch/path"
 
 DESTDIR='' cmake --install "$build" --prefix "$prefix" >"$scratch/install.log"
-for file in bin/sluice bin/dem bin/lbm share/sluice/report/report.py share/sluice/configs/immersed_column.yaml; do
+for file in bin/sluice bin/dem bin/lbm bin/mpm share/sluice/report/report.py share/sluice/configs/immersed_column.yaml; do
     [ -e "$prefix/$file" ] || { echo "not installed: $file" && exit 1; }
 done
 

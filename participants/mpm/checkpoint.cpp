@@ -1,0 +1,93 @@
+#include "participants/mpm/checkpoint.hpp"
+
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "coupler/base/error.hpp"
+
+namespace mpm {
+namespace {
+
+using sluice::Error;
+using sluice::require;
+
+//! Numbers of each point: calls each(name, how many, where they lie).
+template <int D, class Each>
+void each_column(Each&& each)
+{
+    each("points/place", D, [](Point<D>& p) { return p.place.data(); });
+    each("points/velocity", D, [](Point<D>& p) { return p.velocity.data(); });
+    each("points/slope", D * D, [](Point<D>& p) { return p.slope.data(); });
+    each("points/mass", 1, [](Point<D>& p) { return &p.mass; });
+    each("points/volume", 1, [](Point<D>& p) { return &p.volume; });
+    each("points/gradient", 9, [](Point<D>& p) { return p.matter.gradient.data(); });
+    each("points/ratio", 1, [](Point<D>& p) { return &p.matter.ratio; });
+    each("points/stress", 9, [](Point<D>& p) { return p.matter.stress.data(); });
+    each("points/plastic_strain", 1, [](Point<D>& p) { return &p.matter.plastic_strain; });
+    each("points/gap", 1, [](Point<D>& p) { return &p.matter.gap; });
+}
+
+template <int D>
+void require_usable(Solver<D> const& solver, State<D> const& state)
+{
+    for (Point<D> const& p : state.points) {
+        bool const usable = solver.contains(p.place) && p.mass > 0 && p.volume > 0 && p.matter.ratio > 0 &&
+                            std::isfinite(p.mass + p.volume) && std::isfinite(p.matter.ratio) &&
+                            p.matter.stress.allFinite() && p.velocity.allFinite() && p.slope.allFinite();
+        require(usable, [&] {
+            return Error("mpm: the checkpoint has a point " + std::to_string(p.id) +
+                             " that no run has (needs numbers, a place in the domain). Resume from an older one.",
+                         sluice::Exit::io);
+        });
+    }
+}
+
+}  // namespace
+
+template <int D>
+void keep(Solver<D> const& solver, sluice::State& kept)
+{
+    State<D> state = solver.state();
+    std::vector<std::int64_t> ids;
+    for (Point<D> const& p : state.points) ids.push_back(p.id);
+    kept.put("points/id", std::span<std::int64_t const>(ids));
+    each_column<D>([&](char const* name, std::size_t count, auto at) {
+        std::vector<double> values;
+        for (Point<D>& p : state.points) values.insert(values.end(), at(p), at(p) + count);
+        kept.put(name, std::span<double const>(values));
+    });
+    Booked const& b = state.booked;
+    kept.put("booked", std::vector<double>{b.plastic, b.sliding, b.damping, b.numerical, b.external_work});
+    kept.put_number("time", state.time);
+    kept.put_integer("steps", state.steps);
+    kept.put_integer("light_nodes", solver.light_nodes());
+}
+
+template <int D>
+void restore(Solver<D>& solver, sluice::State const& kept)
+{
+    State<D> state;
+    auto const ids = kept.integers("points/id", solver.state().points.size());
+    state.points.resize(ids.size());
+    for (std::size_t p = 0; p < ids.size(); ++p) state.points[p].id = ids[p];
+    each_column<D>([&](char const* name, std::size_t count, auto at) {
+        auto const values = kept.numbers(name, count * ids.size());
+        for (std::size_t p = 0; p < ids.size(); ++p) std::copy_n(values.data() + count * p, count, at(state.points[p]));
+    });
+    auto const booked = kept.numbers("booked", 5);
+    state.booked = {booked[0], booked[1], booked[2], booked[3], booked[4]};
+    state.time = kept.number("time");
+    state.steps = kept.integer("steps");
+    require_usable(solver, state);
+    std::int64_t const light_nodes = kept.integer("light_nodes");
+    solver.restore(std::move(state));
+    solver.count_light_nodes_from(light_nodes);
+}
+
+template void keep<2>(Solver<2> const&, sluice::State&);
+template void keep<3>(Solver<3> const&, sluice::State&);
+template void restore<2>(Solver<2>&, sluice::State const&);
+template void restore<3>(Solver<3>&, sluice::State const&);
+
+}  // namespace mpm

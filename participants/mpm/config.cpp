@@ -1,0 +1,214 @@
+#include "participants/mpm/config.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "coupler/scene/reader.hpp"
+#include "participants/mpm/law_config.hpp"
+
+namespace mpm {
+namespace {
+
+constexpr double most_nodes = 1e9;  //!< an index of each is kept, 4 bytes
+
+template <class... Value>
+std::string format(char const* pattern, Value... value)
+{
+    char text[300];
+    std::snprintf(text, sizeof text, pattern, value...);
+    return text;
+}
+
+std::array<double, 3> three(std::vector<double> const& numbers)
+{
+    std::array<double, 3> out{};
+    for (std::size_t k = 0; k < std::min<std::size_t>(numbers.size(), 3); ++k) out[k] = numbers[k];
+    return out;
+}
+
+std::array<double, 3> vector_of(sluice::Reader& r, char const* key, int dimension, sluice::Bounds const& bounds)
+{
+    return three(r.numbers(key, static_cast<std::size_t>(dimension), bounds));
+}
+
+std::array<double, 3> vector_or_zero(sluice::Reader& r, char const* key, int dimension, sluice::Bounds const& bounds)
+{
+    return three(r.numbers_or(key, std::vector<double>(static_cast<std::size_t>(dimension), 0.0), bounds));
+}
+
+bool is_whole(double cells)
+{
+    return std::abs(cells - std::round(cells)) <= 1e-6 * std::max(1.0, std::round(cells));
+}
+
+void read_domain(sluice::Reader& r, Config& c)
+{
+    sluice::Reader domain = r.child("domain");
+    c.origin = vector_or_zero(domain, "origin", c.dimension, {.unit = "m"});
+    c.size = vector_of(domain, "size", c.dimension, {.above = 0.0, .unit = "m"});
+    domain.finish();
+    c.cell = r.number("cell", {.above = 0.0, .unit = "m"});
+    if (!r.diagnostics()->problems.empty()) return;
+    double nodes = 1;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(c.dimension); ++k) {
+        double const cells = c.size[k] / c.cell;
+        nodes *= cells + 3;
+        if (!is_whole(cells) || cells < 0.5)
+            r.problem("domain",
+                      format("has a size of %g m along %c, %.6g cells of %g m (must be a whole number). Take %.9g m.",
+                             c.size[k], "xyz"[k], cells, c.cell, std::max(1.0, std::round(cells)) * c.cell));
+    }
+    if (nodes > most_nodes) r.problem("cell", format("= %g m makes %.3g nodes (at most 1e9).", c.cell, nodes));
+}
+
+void read_scheme(sluice::Reader& r, Config& c)
+{
+    c.points = static_cast<int>(r.integer_or("points", c.points, {.min = 1, .max = 16}));
+    c.basis = static_cast<BasisKind>(r.choice_or("basis", 0, {"gimp", "linear", "spline"}));
+    c.width = static_cast<Width>(r.choice_or("width", 0, {"fixed", "stretch"}));
+    c.scheme = static_cast<Scheme>(r.choice_or("scheme", 0, {"musl", "usl"}));
+    c.flip = r.number_or("flip", c.flip, {.min = 0.0, .max = 1.0});
+    bool const hats = c.basis == BasisKind::linear;
+    c.affine = r.flag_or("affine", !hats);
+    if (c.affine && hats)
+        r.refuse("affine",
+                 "beside basis = linear (its slopes do not vanish with its weights: a node of little mass would "
+                 "kick the gradient). Leave it out, or try basis: gimp.");
+    c.damping = r.number_or("damping", c.damping, {.min = 0.0, .unit = "1/s"});
+    c.courant = r.number_or("courant", c.courant, {.above = 0.0, .max = 1.0});
+    c.step = r.number_unless("step", "auto", {.above = 0.0, .unit = "s"});
+}
+
+Wall read_wall(sluice::Reader& walls, char const* name, int axis, int side)
+{
+    Wall wall{.axis = axis, .side = side};
+    if (walls.has(name) && !walls.is_scalar(name)) {
+        sluice::Reader rough = walls.child(name);
+        wall.kind = WallKind::rough;
+        wall.friction = rough.number("friction", {.min = 0.0});
+        rough.finish();
+        return wall;
+    }
+    WallKind const kinds[] = {WallKind::roller, WallKind::fixed, WallKind::open};
+    wall.kind = kinds[walls.choice_or(name, 0, {"roller", "fixed", "open"})];
+    return wall;
+}
+
+void read_walls(sluice::Reader& r, Config& c)
+{
+    char const* const plane[] = {"left", "right", "bottom", "top"};
+    char const* const space[] = {"left", "right", "front", "back", "bottom", "top"};
+    std::optional<sluice::Reader> walls = r.child_if("walls");
+    for (int axis = 0; axis < c.dimension; ++axis)
+        for (int side : {-1, 1}) {
+            int const k = 2 * axis + (side + 1) / 2;
+            char const* const name = c.dimension == 2 ? plane[k] : space[k];
+            auto const a = static_cast<std::size_t>(axis);
+            Wall wall = walls ? read_wall(*walls, name, axis, side) : Wall{.axis = axis, .side = side};
+            wall.place = side < 0 ? c.origin[a] : c.origin[a] + c.size[a];
+            c.walls.push_back(wall);
+        }
+    if (walls) walls->finish();
+}
+
+//! Gates hold matter back on their lower side, and vanish.
+void read_gates(sluice::Reader& r, Config& c)
+{
+    for (sluice::Reader gate : r.list("gates")) {
+        Wall wall{.side = 1};
+        wall.axis = static_cast<int>(c.dimension == 2 ? gate.choice_or("across", 0, {"x", "y"})
+                                                      : gate.choice_or("across", 0, {"x", "y", "z"}));
+        wall.place = gate.number("at", {.unit = "m"});
+        wall.removed_at = gate.number("removed_at", {.min = 0.0, .unit = "s"});
+        wall.friction = gate.number_or("friction", 0.0, {.min = 0.0});
+        wall.kind = gate.has("friction") ? WallKind::rough : WallKind::roller;
+        if (c.cell > 0 && !is_whole((wall.place - c.origin[static_cast<std::size_t>(wall.axis)]) / c.cell))
+            gate.refuse("at", format("m (must be on a grid line: origin plus a multiple of %g m)", c.cell));
+        gate.finish();
+        c.walls.push_back(wall);
+    }
+}
+
+BodyConfig read_body(sluice::Reader& r, int dimension)
+{
+    BodyConfig body;
+    if (r.has("box") == r.has("ball")) r.problem("box", "needs one of box, ball.");
+    if (auto box = r.child_if("box")) {
+        body.low = vector_of(*box, "low", dimension, {.unit = "m"});
+        body.high = vector_of(*box, "high", dimension, {.unit = "m"});
+        for (std::size_t k = 0; k < static_cast<std::size_t>(dimension); ++k)
+            if (!(body.high[k] >= body.low[k])) box->problem("high", "is below low (must be above it on each axis).");
+        box->finish();
+    }
+    if (auto ball = r.child_if("ball")) {
+        body.ball = true;
+        body.centre = vector_of(*ball, "centre", dimension, {.unit = "m"});
+        body.radius = ball->number("radius", {.above = 0.0, .unit = "m"});
+        ball->finish();
+    }
+    body.velocity = vector_or_zero(r, "velocity", dimension, {.unit = "m/s"});
+    r.finish();
+    return body;
+}
+
+//! A column stands in the lower corner of the domain, in space as deep as it.
+void read_column(sluice::Reader& r, Config& c)
+{
+    auto column = r.child_if("column");
+    if (!column) return;
+    ColumnConfig size;
+    size.width = column->number("width", {.above = 0.0, .unit = "m"});
+    size.height = size.width * column->number("aspect_ratio", {.above = 0.0});
+    column->finish();
+    BodyConfig body;
+    body.low = c.origin;
+    body.high = {c.origin[0] + size.width, c.origin[1] + c.size[1], c.origin[2] + c.size[2]};
+    body.high[static_cast<std::size_t>(c.dimension - 1)] =
+        c.origin[static_cast<std::size_t>(c.dimension - 1)] + size.height;
+    c.bodies.push_back(body);
+    c.column = size;
+}
+
+void read_geostatic(sluice::Reader& r, Config& c)
+{
+    auto weight = r.child_if("geostatic");
+    if (!weight) return;
+    bool const column = c.column && c.bodies.size() == 1;
+    auto const up = static_cast<std::size_t>(c.dimension - 1);
+    GeostaticConfig g;
+    g.surface = column ? weight->number_or("surface", c.origin[up] + c.column->height, {.unit = "m"})
+                       : weight->number("surface", {.unit = "m"});
+    double const nu = elasticity_of(c.law).poissons_ratio;
+    g.k0 = weight->number_or("k0", nu / (1 - nu), {.min = 0.0, .max = 10.0});
+    weight->finish();
+    if (std::holds_alternative<NeoHookean>(c.law))
+        r.problem("geostatic",
+                  "stands beside material.law = neo_hookean, whose stress follows from its deformation "
+                  "(needs linear_elastic or mohr_coulomb).");
+    c.geostatic = g;
+}
+
+}  // namespace
+
+Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity)
+{
+    Config c;
+    c.dimension = dimension;
+    c.gravity = gravity;
+    read_domain(r, c);
+    read_scheme(r, c);
+    sluice::Reader material = r.child("material");
+    c.density = material.number("density", {.above = 0.0, .unit = "kg/m3"});
+    c.law = read_law(material);
+    material.finish();
+    read_walls(r, c);
+    read_gates(r, c);
+    read_column(r, c);
+    for (sluice::Reader body : r.list("bodies")) c.bodies.push_back(read_body(body, dimension));
+    if (c.bodies.empty()) r.problem("column", "is missing (give column, bodies or both).");
+    read_geostatic(r, c);
+    r.finish();
+    return c;
+}
+
+}  // namespace mpm

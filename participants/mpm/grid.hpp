@@ -1,0 +1,86 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "participants/mpm/tensor.hpp"
+
+namespace mpm {
+
+inline constexpr std::size_t most_walls = 14;  //!< six sides and some gates
+
+//! How a wall has acted on a node in a step.
+enum class Grip : unsigned char
+{
+    none,
+    across,  //!< no motion across
+    whole    //!< no motion at all
+};
+
+template <int D>
+struct Node
+{
+    std::array<int, D> index{};               //!< along each axis; 0: on the lower side of the domain
+    double mass = 0;                          //!< [kg]
+    Vec<D> momentum = Vec<D>::Zero();         //!< [N s]
+    Vec<D> inner = Vec<D>::Zero();            //!< force of the stress [N]
+    Vec<D> outer = Vec<D>::Zero();            //!< force of tractions and loads [N]
+    Vec<D> before = Vec<D>::Zero();           //!< velocity that the points brought [m/s]
+    Vec<D> velocity = Vec<D>::Zero();         //!< after forces and walls [m/s]
+    std::array<Grip, most_walls> grip{};      //!< of each wall
+    Vec<D> strain_velocity = Vec<D>::Zero();  //!< of which strain is the gradient [m/s]
+};
+
+//! The nodes that points reach, in the order in which they are reached first; others do not exist. A ring of nodes lies
+//! around the domain.
+template <int D>
+class Grid
+{
+ public:
+    Grid() = default;
+    explicit Grid(std::array<int, D> const& cells)
+    {
+        std::size_t all = 1;
+        for (std::size_t k = 0; k < D; ++k) {
+            count_[k] = cells[k] + 3;  // sides and ring
+            all *= static_cast<std::size_t>(count_[k]);
+        }
+        slot_.assign(all, none);
+    }
+
+    void clear()
+    {
+        for (Node<D> const& node : nodes_) slot_[place_of(node.index)] = none;
+        nodes_.clear();
+    }
+    Node<D>& reach(std::array<int, D> const& index)
+    {
+        std::int32_t& slot = slot_[place_of(index)];
+        if (slot == none) {
+            slot = static_cast<std::int32_t>(nodes_.size());
+            nodes_.emplace_back().index = index;
+        }
+        return nodes_[static_cast<std::size_t>(slot)];
+    }
+    std::vector<Node<D>>& nodes() { return nodes_; }
+    std::vector<Node<D>> const& nodes() const { return nodes_; }
+
+ private:
+    static constexpr std::int32_t none = -1;
+
+    std::size_t place_of(std::array<int, D> const& index) const
+    {
+        std::size_t place = 0;
+        for (std::size_t k = D; k-- > 0;)
+            place = place * static_cast<std::size_t>(count_[k]) + static_cast<std::size_t>(index[k] + 1);
+        return place;
+    }
+
+    std::array<int, D> count_{};
+    std::vector<std::int32_t> slot_;
+    std::vector<Node<D>> nodes_;
+};
+
+}  // namespace mpm

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "coupler/record/archive.hpp"
+#include "coupler/record/point_series.hpp"
+#include "coupler/record/table.hpp"
+#include "participants/mpm/solver.hpp"
+
+namespace mpm {
+
+//! What a run leaves behind: ParaView series and HDF5 archive of the points, time series. The layout is in README.md.
+template <int D>
+class Recorder
+{
+ public:
+    struct Names
+    {
+        std::filesystem::path directory;
+        std::string participant;
+        std::uint64_t scene_hash;
+    };
+
+    //! A resumed run goes on with what is there up to `resumed_at` [s].
+    Recorder(Names const& names, std::optional<double> resumed_at = std::nullopt);
+    //! Right after the constructor: what the archive lacks of the earlier part of a resumed run; empty: nothing.
+    std::string remark() const { return archive_.remark(series_.frames()); }
+
+    void picture(double time, State<D> const& state);
+    //! `balance`: of the energies at the start [J].
+    void row(double time, Solver<D> const& solver, double balance);
+    void close() { archive_.close(); }
+
+ private:
+    sluice::PointSeries series_;
+    sluice::Archive archive_;
+    sluice::Table table_;
+};
+
+}  // namespace mpm

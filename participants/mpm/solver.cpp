@@ -1,0 +1,247 @@
+#include "participants/mpm/solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "coupler/base/error.hpp"
+#include "participants/mpm/walls.hpp"
+
+namespace mpm {
+namespace {
+
+using sluice::Error;
+using sluice::Exit;
+using sluice::require;
+
+constexpr double light = 1e-9;  //!< of a full cell's mass
+constexpr double pressed =
+    0.499;  //!< cells by which points may be pressed into a side; at 1/2 it holds them altogether
+
+template <int D>
+std::string text_of(Vec<D> const& v)
+{
+    char text[120];
+    if constexpr (D == 2)
+        std::snprintf(text, sizeof text, "(%g, %g)", v[0], v[1]);
+    else
+        std::snprintf(text, sizeof text, "(%g, %g, %g)", v[0], v[1], v[2]);
+    return text;
+}
+
+std::string number(double value)
+{
+    char text[40];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
+}  // namespace
+
+template <int D>
+Solver<D>::Solver(Setup<D> setup, State<D> state)
+    : setup_(std::move(setup)),
+      state_(std::move(state)),
+      grid_(setup_.cells),
+      transfer_(&transfer_of<D>(setup_.basis)),
+      increments_(state_.points.size())
+{
+    require(setup_.walls.size() <= most_walls, [&] {
+        return Error("mpm: " + std::to_string(setup_.walls.size()) + " walls and gates (at most " +
+                     std::to_string(most_walls) + ").");
+    });
+    for (Point<D> const& p : state_.points) {
+        require(contains(p.place), [&] {
+            return Error("mpm: point " + std::to_string(p.id) + " starts at " + text_of<D>(p.place) +
+                         " m, outside the domain (must be inside).");
+        });
+        for (Wall const& w : setup_.walls)
+            require(w.removed_at <= state_.time || w.side * (p.place[w.axis] - w.place) <= 0, [&] {
+                return Error("mpm: point " + std::to_string(p.id) + " starts at " + text_of<D>(p.place) +
+                             " m, behind a wall or gate at " + number(w.place) + " m (must be on its free side).");
+            });
+    }
+    find_speed();
+}
+
+template <int D>
+bool Solver<D>::contains(Vec<D> const& place) const
+{
+    Vec<D> low = Vec<D>::Zero(), high;
+    for (int k = 0; k < D; ++k) high[k] = setup_.cells[static_cast<std::size_t>(k)];
+    for (Wall const& wall : setup_.walls) {
+        if (wall.kind == WallKind::open || std::isfinite(wall.removed_at)) continue;
+        (wall.side < 0 ? low : high)[wall.axis] += wall.side * pressed;
+    }
+    Vec<D> const cells = (place - setup_.origin) / setup_.cell;
+    return (cells.array() >= low.array()).all() && (cells.array() <= high.array()).all();
+}
+
+template <int D>
+void Solver<D>::set_gravity(Vec<D> const& gravity)
+{
+    setup_.gravity = gravity;
+}
+
+template <int D>
+void Solver<D>::restore(State<D> state)
+{
+    state_ = std::move(state);
+    increments_.resize(state_.points.size());
+    find_speed();
+}
+
+template <int D>
+std::string Solver<D>::where(Point<D> const& p) const
+{
+    return "mpm: t = " + number(state_.time) + " s: point " + std::to_string(p.id) + " at " + text_of<D>(p.place) +
+           " m: ";
+}
+
+template <int D>
+void Solver<D>::step(double dt)
+{
+    require(dt > 0 && dt <= limit(), [&] {
+        return Error("mpm: t = " + number(state_.time) + " s: step = " + number(dt) + " s (must be at most " +
+                         number(limit()) + " s, one cell at " + number(speed_) + " m/s). Try step: auto.",
+                     Exit::numerical);
+    });
+    places_.clear();
+    for (Point<D> const& p : state_.points) places_.push_back(p.place);
+    double const kinetic = kinetic_energy(state_);
+    Booked const before = state_.booked;
+    grid_.clear();
+    transfer_->to_grid(setup_, state_, loads_, grid_);
+    move_nodes(dt);
+    transfer_->to_points(setup_, state_, grid_, dt);
+    set_strain_velocities();
+    transfer_->gradients(setup_, state_, places_, grid_, dt, increments_);
+    if (setup_.affine)  // v* = slope x(n) = slope (I + dt slope)^-1 x(n+1)
+        for (Point<D>& p : state_.points) p.slope = (p.slope * (Mat<D>::Identity() + dt * p.slope).inverse()).eval();
+    state_.time += dt;
+    ++state_.steps;
+    check_places();
+    double const work = deform();
+    find_speed();
+    Booked& booked = state_.booked;
+    booked.numerical += kinetic - kinetic_energy(state_) + work_of_gravity() - work +
+                        (booked.external_work - before.external_work) - (booked.sliding - before.sliding) -
+                        (booked.damping - before.damping);
+}
+
+//! Velocities of the nodes after forces, damping and walls, in this order. Work of friction: its impulse times the mean
+//! of the velocities at the ends of the step; a node that sticks makes none.
+template <int D>
+void Solver<D>::move_nodes(double dt)
+{
+    Booked& booked = state_.booked;
+    double const kept = std::exp(-setup_.damping * dt);
+    for (Node<D>& node : grid_.nodes()) {
+        if (node.mass <= 0) continue;
+        node.before = node.momentum / node.mass;
+        Vec<D> v = node.before + dt * ((node.inner + node.outer) / node.mass + setup_.gravity);
+        booked.external_work += 0.5 * dt * node.outer.dot(node.before + v);
+        booked.damping += 0.5 * node.mass * (1 - kept * kept) * v.squaredNorm();
+        v *= kept;
+        for (std::size_t w = 0; w < setup_.walls.size(); ++w) {
+            Wall const& wall = setup_.walls[w];
+            if (wall.removed_at <= state_.time || !holds(wall, setup_, node)) continue;
+            Vec<D> rubbed = v;
+            node.grip[w] = hold<D>(wall, v);
+            if (wall.kind != WallKind::rough) continue;
+            rubbed -= v;
+            rubbed[wall.axis] = 0;
+            booked.sliding += 0.5 * node.mass * rubbed.dot(node.before + v);
+        }
+        node.velocity = v;
+    }
+}
+
+template <int D>
+double Solver<D>::work_of_gravity() const
+{
+    double sum = 0;
+    for (std::size_t p = 0; p < places_.size(); ++p)
+        sum += state_.points[p].mass * setup_.gravity.dot(state_.points[p].place - places_[p]);
+    return sum;
+}
+
+//! A node of almost no mass gets any acceleration: the points near it feel it times its weight, which is bounded, but
+//! its gradient would be felt as strain. Strain sees such a node at the velocity that the points brought.
+template <int D>
+void Solver<D>::set_strain_velocities()
+{
+    bool const musl = setup_.scheme == Scheme::musl;
+    double const least = light * setup_.density * std::pow(setup_.cell, D);
+    if (musl) transfer_->back_to_grid(setup_, state_, places_, grid_);
+    for (Node<D>& node : grid_.nodes()) {
+        bool const is_light = node.mass < least;
+        light_nodes_ += is_light && node.mass > 0;
+        if (node.mass <= 0) continue;
+        if (!musl) {
+            node.strain_velocity = is_light ? node.before : node.velocity;
+            continue;
+        }
+        node.strain_velocity /= node.mass;
+        for (std::size_t w = 0; w < setup_.walls.size(); ++w)
+            hold_again<D>(setup_.walls[w], node.grip[w], node.strain_velocity);
+    }
+}
+
+//! Returns the work that the stress did in it [J].
+template <int D>
+double Solver<D>::deform()
+{
+    double work = 0;
+    auto const each = [&](auto const& law) {
+        for (std::size_t p = 0; p < increments_.size(); ++p) {
+            Point<D>& point = state_.points[p];
+            Mat3 const change = in_space(increments_[p], 1);
+            Increment const step(change);
+            double const ratio = point.matter.ratio * step.ratio, volume = point.volume_now();
+            require(ratio > 0 && std::isfinite(ratio), [&] {
+                return Error(
+                    where(point) + "J = " + number(ratio) + " (must be above 0). Try a shorter step or a finer cell.",
+                    Exit::numerical);
+            });
+            Mat3 const old = step.turned(point.matter.stress);
+            point.matter.gradient = change * point.matter.gradient;
+            point.matter.ratio = ratio;
+            state_.booked.plastic += point.volume_now() * law.respond(point.matter, step);
+            work += 0.25 * (volume + point.volume_now()) * contract(old + point.matter.stress, step.strain);
+        }
+    };
+    std::visit(each, setup_.law);
+    return work;
+}
+
+template <int D>
+void Solver<D>::check_places() const
+{
+    for (Point<D> const& p : state_.points) {
+        if (contains(p.place)) continue;
+        char const* const seen = p.place.allFinite() ? "has left the domain (must stay inside). Try a larger one."
+                                                     : "its place is not a number. Try a shorter step.";
+        throw Error(where(p) + seen, Exit::numerical);
+    }
+}
+
+template <int D>
+void Solver<D>::find_speed()
+{
+    speed_ = 0;
+    std::visit(
+        [&](auto const& law) {
+            for (Point<D> const& p : state_.points) {
+                double const density = p.mass / p.volume_now();
+                speed_ = std::max(speed_, std::sqrt(law.wave_modulus(p.matter) / density) + p.velocity.norm());
+            }
+        },
+        setup_.law);
+}
+
+template class Solver<2>;
+template class Solver<3>;
+
+}  // namespace mpm

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "participants/mpm/energy.hpp"
+#include "participants/mpm/grid.hpp"
+#include "participants/mpm/transfer.hpp"
+
+namespace mpm {
+
+//! A run: setup (constant) and state. A value: a copy continues on its own, bit for bit alike. The plain version: one
+//! thread, every quantity where a reader looks for it.
+//!
+//! A step of dt, weights w at the places x(n):
+//!     m = sum w mp,  v = sum w mp vp / m,  v* = walls(v + dt (sum w fp - sum V s grad w) / m + dt g)
+//!     vp(n+1) = flip (vp + sum w (v* - v)) + (1 - flip) sum w v*,   x(n+1) = x(n) + dt sum w v*
+//!     dF = I + dt sum u grad w,  u = v* (usl) or walls(sum w mp vp(n+1) / m) (musl);  then the law
+template <int D>
+class Solver
+{
+ public:
+    //! Throws sluice::Error (config) for points outside the domain or behind a wall.
+    Solver(Setup<D> setup, State<D> state);
+
+    //! Throws sluice::Error (numerical): dt above the limit, a point turned inside out, not finite, or outside.
+    void step(double dt);
+    //! `courant` cells at the speed of the fastest wave over the fastest point [s].
+    double longest_step() const { return setup_.courant * setup_.cell / speed_; }
+    //! One cell at that speed [s]; step() refuses more.
+    double limit() const { return setup_.cell / speed_; }
+
+    //! Whether a point may be there: in the domain, or in a side that is a wall by less than half a cell, where nothing
+    //! moves it further.
+    bool contains(Vec<D> const& place) const;
+
+    Setup<D> const& setup() const { return setup_; }
+    State<D> const& state() const { return state_; }
+    std::vector<Point<D>>& points() { return state_.points; }
+    double time() const { return state_.time; }
+    Energies energies() const { return mpm::energies(setup_, state_); }
+    //! Force on each point [N] from now on; none: empty.
+    void set_loads(std::vector<Vec<D>> loads) { loads_ = std::move(loads); }
+    void set_gravity(Vec<D> const& gravity);
+    //! Continues from a state that another solver of the same setup had.
+    void restore(State<D> state);
+
+    //! Of the last step.
+    std::size_t nodes() const { return grid_.nodes().size(); }
+    //! Nodes with less than 1e-9 of a full cell's mass, summed over the steps: strain does not see their acceleration.
+    std::int64_t light_nodes() const { return light_nodes_; }
+    void count_light_nodes_from(std::int64_t count) { light_nodes_ = count; }
+
+ private:
+    void move_nodes(double dt);
+    void set_strain_velocities();
+    double deform();
+    double work_of_gravity() const;
+    void check_places() const;
+    void find_speed();
+    std::string where(Point<D> const& point) const;
+
+    Setup<D> setup_;
+    State<D> state_;
+    Grid<D> grid_;
+    Transfer<D> const* transfer_;
+    std::vector<Vec<D>> loads_, places_;
+    std::vector<Mat<D>> increments_;
+    double speed_ = 0;  //!< wave and point [m/s]
+    std::int64_t light_nodes_ = 0;
+};
+
+}  // namespace mpm

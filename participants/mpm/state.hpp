@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "participants/mpm/basis.hpp"
+#include "participants/mpm/laws.hpp"
+
+//! Material points, walls, and what a run is made of; no physics.
+namespace mpm {
+
+template <int D>
+struct Point
+{
+    std::int64_t id = 0;
+    Vec<D> place = Vec<D>::Zero();     //!< [m]
+    Vec<D> velocity = Vec<D>::Zero();  //!< [m/s]
+    Mat<D> slope = Mat<D>::Zero();     //!< gradient of the velocity around it [1/s]; affine transfer only
+    double mass = 0;                   //!< [kg]; plane: per metre
+    double volume = 0;                 //!< at the start [m3]; plane: [m2]
+    Matter matter;
+
+    double volume_now() const { return volume * matter.ratio; }
+};
+
+enum class WallKind
+{
+    open,    //!< none: a point that passes it leaves the domain
+    fixed,   //!< nothing moves
+    roller,  //!< no motion across, free motion along
+    rough    //!< no motion into it, Coulomb friction along; may be left
+};
+
+//! A plane across one axis, on a grid line. Nodes on it and behind it obey it.
+struct Wall
+{
+    int axis = 0;
+    int side = 0;      //!< -1: matter lies above it on its axis, +1: below
+    double place = 0;  //!< [m]
+    WallKind kind = WallKind::roller;
+    double friction = 0;                                          //!< mu, of a rough one
+    double removed_at = std::numeric_limits<double>::infinity();  //!< [s]
+};
+
+//! Stress that acts on the outer face of a point, across one axis.
+template <int D>
+struct Traction
+{
+    std::size_t point = 0;  //!< index
+    int axis = 0;
+    int side = 0;                    //!< +1: on the face of larger coordinate, -1: on the other
+    Vec<D> stress = Vec<D>::Zero();  //!< force per area at the start [Pa]
+};
+
+enum class Width
+{
+    fixed,   //!< a point stays as wide as it was
+    stretch  //!< it follows its stretch along each axis, up to a cell
+};
+
+enum class Scheme
+{
+    musl,  //!< strain from velocities that the points gave back to the grid
+    usl    //!< strain from the grid's own
+};
+
+//! The constant part of a run.
+template <int D>
+struct Setup
+{
+    Vec<D> origin = Vec<D>::Zero();  //!< lower corner of the domain [m]
+    std::array<int, D> cells{};      //!< of the domain along each axis
+    double cell = 0;                 //!< h [m]
+    double half_width = 0;           //!< of a point at the start, in cells
+    Width width = Width::fixed;
+    double density = 0;  //!< of the matter at the start [kg/m3]; what a full cell has
+    BasisKind basis = BasisKind::gimp;
+    Scheme scheme = Scheme::musl;
+    double flip = 1;      //!< share of FLIP in the velocity update; the rest is PIC
+    bool affine = false;  //!< points bring the gradient of their velocity to the grid
+    double damping = 0;   //!< of all velocities [1/s]
+    double courant = 0.4;
+    Vec<D> gravity = Vec<D>::Zero();  //!< [m/s2]
+    Law law = LinearElastic{};
+    std::vector<Wall> walls;
+    std::vector<Traction<D>> tractions;
+};
+
+//! Energies that left the points, since the start [J]; plane: per metre.
+struct Booked
+{
+    double plastic = 0;        //!< dissipated by the law
+    double sliding = 0;        //!< dissipated by friction at walls
+    double damping = 0;        //!< dissipated by Setup::damping
+    double numerical = 0;      //!< lost between points and grid, and where a wall stops a node; < 0: gained
+    double external_work = 0;  //!< done on the points by tractions and loads
+};
+
+//! What changes.
+template <int D>
+struct State
+{
+    std::vector<Point<D>> points;
+    double time = 0;  //!< [s]
+    std::int64_t steps = 0;
+    Booked booked;
+};
+
+}  // namespace mpm

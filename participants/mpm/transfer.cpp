@@ -1,0 +1,138 @@
+#include "participants/mpm/transfer.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include "participants/mpm/stencil.hpp"
+
+namespace mpm {
+namespace {
+
+//! Half the width of a point along each axis [cells]: that at the start, times the diagonal of the stretch U,
+//! F = (rotation) U, if it follows. Source: Charlton, Coombs and Augarde, Comput. Struct. 190 (2017) 108.
+template <int D>
+Vec<D> half_width_of(Setup<D> const& setup, Point<D> const& point)
+{
+    if (setup.width == Width::fixed) return Vec<D>::Constant(setup.half_width);
+    Mat<D> const F = point.matter.gradient.template topLeftCorner<D, D>();
+    Mat<D> const U = Eigen::SelfAdjointEigenSolver<Mat<D>>(F.transpose() * F).operatorSqrt();
+    return (setup.half_width * U.diagonal()).cwiseMin(0.5);
+}
+
+template <int D, class Basis>
+Stencil<D, Basis> stencil_at(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place)
+{
+    return {half_width_of(setup, point), (place - setup.origin) / setup.cell, setup.cell};
+}
+
+//! A traction acts where the face is: on the hat function there across its axis, on the point's own along it. A uniform
+//! stress in points that fill space is then in balance with its tractions, to rounding, wherever they stand.
+template <int D, class Basis>
+void add_traction(Setup<D> const& setup, Traction<D> const& traction, Point<D> const& point, Grid<D>& grid)
+{
+    Vec<D> const centre = (point.place - setup.origin) / setup.cell;
+    Vec<D> const half_width = half_width_of(setup, point);
+    Stencil<D, Basis> at(half_width, centre, setup.cell);
+    auto const axis = static_cast<std::size_t>(traction.axis);
+    double const face = centre[traction.axis] + traction.side * half_width[traction.axis];
+    Linear const hat(0);
+    for (std::size_t j = 0; j < Basis::width; ++j)
+        at.weight[axis][j] = hat.value(face - (at.first[axis] + static_cast<int>(j)));
+    double const area = point.volume / (2 * setup.half_width * setup.cell);
+    at.each(grid, [&](Node<D>& node, double weight, Vec<D> const&) { node.outer += weight * area * traction.stress; });
+}
+
+template <int D>
+Vec<D> place_of(Setup<D> const& setup, Node<D> const& node)
+{
+    Vec<D> place = setup.origin;
+    for (int k = 0; k < D; ++k) place[k] += setup.cell * node.index[static_cast<std::size_t>(k)];
+    return place;
+}
+
+//! What a point that was at `place` with a velocity and its gradient brings to its nodes. Since sum w (x_i - x) = 0,
+//! the gradient takes part without adding momentum; with it a linear field of velocities arrives on the grid as it is.
+template <int D, class Basis>
+void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place, Grid<D>& grid,
+                    Vec<D> Node<D>::*momentum)
+{
+    stencil_at<D, Basis>(setup, point, place).each(grid, [&](Node<D>& node, double weight, Vec<D> const&) {
+        Vec<D> velocity = point.velocity;
+        if (setup.affine) velocity += point.slope * (place_of(setup, node) - place);
+        node.*momentum += weight * point.mass * velocity;
+    });
+}
+
+template <int D, class Basis>
+void to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> const> loads, Grid<D>& grid)
+{
+    for (std::size_t p = 0; p < state.points.size(); ++p) {
+        Point<D> const& point = state.points[p];
+        Mat<D> const pull = point.volume_now() * point.matter.stress.template topLeftCorner<D, D>();
+        Vec<D> const load = loads.empty() ? Vec<D>::Zero() : loads[p];
+        stencil_at<D, Basis>(setup, point, point.place)
+            .each(grid, [&](Node<D>& node, double weight, Vec<D> const& gradient) {
+                node.mass += weight * point.mass;
+                node.inner -= pull * gradient;
+                node.outer += weight * load;
+            });
+        bring_momentum<D, Basis>(setup, point, point.place, grid, &Node<D>::momentum);
+    }
+    for (auto const& traction : setup.tractions)
+        add_traction<D, Basis>(setup, traction, state.points[traction.point], grid);
+}
+
+template <int D, class Basis>
+void to_points(Setup<D> const& setup, State<D>& state, Grid<D>& grid, double dt)
+{
+    for (Point<D>& point : state.points) {
+        Vec<D> carried = Vec<D>::Zero(), change = Vec<D>::Zero();
+        point.slope.setZero();
+        stencil_at<D, Basis>(setup, point, point.place)
+            .each(grid, [&](Node<D>& node, double weight, Vec<D> const& gradient) {
+                carried += weight * node.velocity;
+                change += weight * (node.velocity - node.before);
+                if (setup.affine) point.slope += node.velocity * gradient.transpose();
+            });
+        point.velocity = setup.flip * (point.velocity + change) + (1 - setup.flip) * carried;
+        point.place += dt * carried;
+    }
+}
+
+template <int D, class Basis>
+void back_to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> const> places, Grid<D>& grid)
+{
+    for (std::size_t p = 0; p < places.size(); ++p)
+        bring_momentum<D, Basis>(setup, state.points[p], places[p], grid, &Node<D>::strain_velocity);
+}
+
+template <int D, class Basis>
+void gradients(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> const> places, Grid<D>& grid, double dt,
+               std::vector<Mat<D>>& out)
+{
+    for (std::size_t p = 0; p < places.size(); ++p) {
+        Mat<D> increment = Mat<D>::Identity();
+        stencil_at<D, Basis>(setup, state.points[p], places[p])
+            .each(grid, [&](Node<D>& node, double, Vec<D> const& gradient) {
+                increment += dt * node.strain_velocity * gradient.transpose();
+            });
+        out[p] = increment;
+    }
+}
+
+template <int D, class Basis>
+constexpr Transfer<D> transfer{to_grid<D, Basis>, to_points<D, Basis>, back_to_grid<D, Basis>, gradients<D, Basis>};
+
+}  // namespace
+
+template <int D>
+Transfer<D> const& transfer_of(BasisKind basis)
+{
+    static constexpr Transfer<D> of_gimp = transfer<D, Gimp>, of_linear = transfer<D, Linear>,
+                                 of_spline = transfer<D, Spline>;
+    return basis == BasisKind::gimp ? of_gimp : basis == BasisKind::linear ? of_linear : of_spline;
+}
+
+template Transfer<2> const& transfer_of<2>(BasisKind);
+template Transfer<3> const& transfer_of<3>(BasisKind);
+
+}  // namespace mpm

@@ -1,0 +1,102 @@
+#include "participants/mpm/checkpoint.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "coupler/base/error.hpp"
+#include "participants/mpm/measures.hpp"
+#include "participants/mpm/setup.hpp"
+#include "tests/support/close_to.hpp"
+
+namespace {
+
+mpm::Config collapse()
+{
+    mpm::Elasticity const elastic{1e6, 0.3};
+    mpm::Config c;
+    c.gravity = {0, -9.81, 0};
+    c.size = {0.5, 0.2, 0};
+    c.cell = 0.01;
+    c.density = 1900;
+    c.law = mpm::MohrCoulomb{elastic, mpm::MohrCoulombSurface(elastic, {.friction_angle = 0.4})};
+    c.bodies.push_back({.low = {0, 0, 0}, .high = {0.1, 0.1, 0}});
+    c.walls = {{.axis = 0, .side = -1}, {.axis = 1, .side = -1, .kind = mpm::WallKind::rough, .friction = 0.4}};
+    c.walls.push_back({.axis = 0, .side = 1, .place = 0.1, .removed_at = 0.02});
+    return c;
+}
+
+template <int D>
+bool same(mpm::Solver<D> const& a, mpm::Solver<D> const& b)
+{
+    sluice::State one, other;
+    mpm::keep(a, one);
+    mpm::keep(b, other);
+    return one == other;
+}
+
+}  // namespace
+
+TEST_CASE("checkpoint: a run that goes on from one is bit for bit the other, with its books")
+{
+    auto solver = mpm::make_solver<2>(collapse());
+    for (int k = 0; k < 200; ++k) solver.step(solver.longest_step());
+    sluice::State kept;
+    mpm::keep(solver, kept);
+    auto const bytes = kept.encode();
+    auto other = mpm::make_solver<2>(collapse());
+    CHECK(!same(solver, other));
+    mpm::restore(other, sluice::State::decode(bytes, "test"));
+    CHECK(same(solver, other));
+    for (int k = 0; k < 300; ++k) {
+        solver.step(solver.longest_step());
+        other.step(other.longest_step());
+    }
+    CHECK(solver.time() > 0.02);  // past the gate
+    CHECK(solver.energies().booked.sliding > 0);
+    CHECK(same(solver, other));
+}
+
+TEST_CASE("checkpoint: one that lacks something, or does not fit, is refused and changes nothing")
+{
+    auto solver = mpm::make_solver<2>(collapse());
+    auto const before = solver;
+    auto const refused = [&](sluice::State const& kept) {
+        try {
+            mpm::restore(solver, kept);
+        } catch (sluice::Error const& e) {
+            CHECK(e.exit() == sluice::Exit::io);
+            CHECK(same(solver, before));
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    CHECK(refused({}).find("points/id") != std::string::npos);
+    mpm::Config small = collapse();
+    small.bodies[0].high = {0.05, 0.05, 0};
+    sluice::State fewer;
+    mpm::keep(mpm::make_solver<2>(small), fewer);
+    CHECK(refused(fewer).find("points/id") != std::string::npos);
+    auto broken = solver;
+    broken.points()[5].place[0] = 0.6;
+    sluice::State outside;
+    mpm::keep(broken, outside);
+    CHECK(refused(outside).find("point 5") != std::string::npos);
+}
+
+TEST_CASE("measures: the front is that of the main mass, height that at the back wall")
+{
+    mpm::Config c = collapse();
+    c.bodies.push_back({.low = {0.3, 0, 0}, .high = {0.32, 0.15, 0}});
+    auto const solver = mpm::make_solver<2>([&] {
+        c.walls.resize(2);
+        return c;
+    }());
+    auto const r = mpm::run_out_of(solver.setup(), solver.state());
+    CHECK(r.front == close_to(0.1));
+    CHECK(r.foremost == close_to(0.32));
+    CHECK(r.height == close_to(0.1));
+    auto const centre = mpm::centre_of_mass(solver.state());
+    CHECK(centre[0] == close_to((0.01 * 0.05 + 0.003 * 0.31) / 0.013));
+    CHECK(centre[1] == close_to((0.01 * 0.05 + 0.003 * 0.075) / 0.013));
+}

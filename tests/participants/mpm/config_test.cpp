@@ -1,0 +1,191 @@
+#include "participants/mpm/config.hpp"
+
+#include <doctest/doctest.h>
+
+#include <numbers>
+#include <string>
+
+#include "coupler/base/error.hpp"
+#include "coupler/scene/reader.hpp"
+#include "participants/mpm/law_config.hpp"
+#include "participants/mpm/setup.hpp"
+#include "tests/support/close_to.hpp"
+
+namespace {
+
+std::string const domain = "domain: {size: [0.4, 0.2]}\ncell: 0.01\n";
+std::string const material =
+    "material: {law: mohr_coulomb, density: 1900, youngs_modulus: 2e6, poissons_ratio: 0.25, friction_angle: 23}\n";
+std::string const column = "column: {width: 0.1, aspect_ratio: 0.8}\n";
+
+mpm::Config read(std::string const& text, int dimension = 2)
+{
+    sluice::Reader reader = sluice::read_yaml(text, "scene.yaml");
+    return mpm::read_config(reader, dimension, {0, -9.81, 0});
+}
+
+std::string errors(std::string const& text, int dimension = 2)
+{
+    try {
+        read(text, dimension);
+    } catch (sluice::Error const& e) {
+        CHECK(e.exit() == sluice::Exit::config);
+        return e.what();
+    }
+    return "";
+}
+
+bool contains(std::string const& text, char const* part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("config: defaults")
+{
+    mpm::Config const c = read(domain + material + column);
+    CHECK(c.points == 2);
+    CHECK(c.basis == mpm::BasisKind::gimp);
+    CHECK(c.width == mpm::Width::fixed);
+    CHECK(c.scheme == mpm::Scheme::musl);
+    CHECK(c.flip == 0.99);
+    CHECK(c.affine);
+    CHECK(c.damping == 0);
+    CHECK(c.courant == 0.4);
+    CHECK(!c.step);
+    CHECK(!c.geostatic);
+    REQUIRE(c.walls.size() == 4);
+    for (mpm::Wall const& wall : c.walls) CHECK(wall.kind == mpm::WallKind::roller);
+    CHECK(c.walls[1].place == 0.4);
+    auto const solver = mpm::make_solver<2>(c);
+    CHECK(solver.state().points.size() == 20 * 16);
+    double mass = 0;
+    for (auto const& p : solver.state().points) mass += p.mass;
+    CHECK(mass == close_to(1900 * 0.1 * 0.08).epsilon(1e-12));
+    CHECK(solver.longest_step() == close_to(0.4 * 0.01 / std::sqrt(2.4e6 / 1900)));  // K + 4/3 G = 1.2 E at nu = 1/4
+}
+
+TEST_CASE("config: every key")
+{
+    mpm::Config const c = read(domain + column + R"(
+points: 3
+basis: spline
+width: stretch
+scheme: usl
+flip: 0.9
+affine: false
+damping: 5
+courant: 0.2
+step: 1e-5
+material: {law: mohr_coulomb, density: 1900, youngs_modulus: 2e6, poissons_ratio: 0.25, friction_angle: 30,
+           dilation_angle: 10, cohesion: 1000, tension: 100}
+walls: {left: fixed, right: open, bottom: {friction: 0.4}, top: roller}
+gates: [{at: 0.1, removed_at: 0.5}, {across: y, at: 0.15, removed_at: 0.2, friction: 0.3}]
+bodies:
+  - {box: {low: [0.2, 0.1], high: [0.3, 0.2]}, velocity: [1, 2]}
+  - {ball: {centre: [0.35, 0.05], radius: 0.04}}
+geostatic: {surface: 0.08, k0: 0.5}
+)");
+    CHECK(c.points == 3);
+    CHECK(c.basis == mpm::BasisKind::spline);
+    CHECK(c.width == mpm::Width::stretch);
+    CHECK(c.scheme == mpm::Scheme::usl);
+    CHECK(c.flip == 0.9);
+    CHECK(!c.affine);
+    CHECK(c.damping == 5);
+    CHECK(c.courant == 0.2);
+    CHECK(*c.step == 1e-5);
+    CHECK(std::holds_alternative<mpm::MohrCoulomb>(c.law));
+    REQUIRE(c.walls.size() == 6);
+    CHECK(c.walls[0].kind == mpm::WallKind::fixed);
+    CHECK(c.walls[1].kind == mpm::WallKind::open);
+    CHECK(c.walls[2].kind == mpm::WallKind::rough);
+    CHECK(c.walls[2].friction == 0.4);
+    CHECK(c.walls[4].removed_at == 0.5);
+    CHECK(c.walls[5].axis == 1);
+    CHECK(c.walls[5].kind == mpm::WallKind::rough);
+    REQUIRE(c.bodies.size() == 3);
+    CHECK(c.bodies[1].velocity[1] == 2);
+    CHECK(c.bodies[2].radius == 0.04);
+    CHECK(c.geostatic->k0 == 0.5);
+}
+
+TEST_CASE("config: laws by name")
+{
+    auto const with = [](char const* law) {
+        return read(domain + column + "material: {law: " + law +
+                    ", density: 1, youngs_modulus: 3, poissons_ratio: 0.1}\n");
+    };
+    CHECK(std::holds_alternative<mpm::LinearElastic>(with("linear_elastic").law));
+    CHECK(std::holds_alternative<mpm::NeoHookean>(with("neo_hookean").law));
+    CHECK(mpm::elasticity_of(with("neo_hookean").law).youngs_modulus == 3);
+}
+
+TEST_CASE("config: in space walls have six names")
+{
+    mpm::Config const c =
+        read("domain: {size: [0.4, 0.1, 0.2]}\ncell: 0.05\nwalls: {front: fixed, back: open, bottom: {friction: 1}}\n" +
+                 material + column,
+             3);
+    REQUIRE(c.walls.size() == 6);
+    CHECK(c.walls[2].kind == mpm::WallKind::fixed);
+    CHECK(c.walls[2].axis == 1);
+    CHECK(c.walls[3].kind == mpm::WallKind::open);
+    CHECK(c.walls[4].axis == 2);
+    CHECK(c.walls[4].friction == 1);
+    CHECK(c.bodies[0].high[1] == 0.1);
+    CHECK(c.bodies[0].high[2] == close_to(0.08));
+}
+
+TEST_CASE("config: what cannot run is refused, with the key")
+{
+    CHECK(contains(errors("domain: {size: [0.405, 0.2]}\ncell: 0.01\n" + material + column), "40.5 cells"));
+    CHECK(contains(errors("domain: {size: [400, 200]}\ncell: 1e-3\n" + material + column), "at most 1e9"));
+    CHECK(contains(errors(domain + material), "give column, bodies"));
+    CHECK(contains(errors(domain + column), "material"));
+    CHECK(contains(errors(domain + material + column + "basis: hat\n"), "basis"));
+    CHECK(contains(errors(domain + material + column + "basis: linear\naffine: true\n"), "affine = true beside"));
+    CHECK(!read(domain + material + column + "basis: linear\n").affine);
+    CHECK(contains(errors(domain + material + column + "flipp: 1\n"), "Did you mean flip"));
+    CHECK(contains(errors(domain + material + column + "flip: 1.5\n"), "flip = 1.5"));
+    CHECK(contains(errors(domain + material + column + "courant: 2\n"), "courant = 2"));
+    CHECK(contains(errors(domain + material + column + "walls: {bottom: slippery}\n"), "walls.bottom"));
+    CHECK(contains(errors(domain + material + column + "gates: [{at: 0.1003, removed_at: 1}]\n"), "grid line"));
+    CHECK(contains(errors(domain + material + "bodies: [{velocity: [1, 0]}]\n"), "one of box, ball"));
+    CHECK(contains(errors(domain + material + "bodies: [{box: {low: [0.2, 0], high: [0.1, 0.1]}}]\n"), "above it"));
+    std::string const soil = "material: {law: mohr_coulomb, density: 1, youngs_modulus: 1, poissons_ratio: 0.2, ";
+    CHECK(
+        contains(errors(domain + column + soil + "friction_angle: 20, dilation_angle: 30}\n"), "dilation_angle = 30"));
+    CHECK(contains(errors(domain + column + soil + "friction_angle: 20, tension: 1}\n"), "tip of the cone"));
+    CHECK(contains(errors(domain + column + soil + "friction_angle: 0}\n"), "bears no shear"));
+    CHECK(contains(errors(domain + column +
+                          "geostatic: {}\nmaterial: {law: neo_hookean, density: 1, youngs_modulus: 1, "
+                          "poissons_ratio: 0.2}\n"),
+                   "neo_hookean"));
+}
+
+TEST_CASE("setup: a step above the limit, a body without points and one outside are refused")
+{
+    auto const refused = [](mpm::Config const& c) {
+        try {
+            mpm::make_solver<2>(c);
+        } catch (sluice::Error const& e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    mpm::Config c = read(domain + material + column);
+    c.step = 1e-3;
+    CHECK(contains(refused(c), "one cell at the speed"));
+    c = read(domain + material + column);
+    c.bodies[0].high = {0.001, 0.001, 0};
+    CHECK(contains(refused(c), "no points"));
+    c = read(domain + material + column);
+    c.bodies[0].high[0] = 0.5;
+    CHECK(contains(refused(c), "behind a wall or gate at 0.4 m"));
+    c.walls[1].kind = mpm::WallKind::open;
+    CHECK(contains(refused(c), "outside the domain"));
+    c = read(domain + material + column + "gates: [{at: 0.05, removed_at: 1}]\n");
+    CHECK(contains(refused(c), "behind a wall or gate"));
+}
