@@ -23,7 +23,7 @@ struct SolidCell
 //! the stress has the rate of the viscosity, its trace that of the bulk viscosity, what is left of the even part (three
 //! moments of fourth order) a third one: MRT in moments that are orthogonal with the weights w_q, in which the stress
 //! is projected by w_q 9/2 (c c - I/3). All is f' = f + S - s (f + S/2 - f_eq), S Guo's force, as in the plane
-//! (collide_plane.hpp), solids likewise: even parts relax by (1 - B), odd ones move toward those of u_s by 2 B.
+//! (collide_plane.hpp). Solids are such a force, -2 B (j - rho u_s), without Guo's even part, which is quadratic in u.
 //! Large eddies: tau_eff = (tau + sqrt(tau^2 + 18 sqrt(2) C_s^2 |P|/rho))/2, P the stress without its trace.
 //!
 //! Straight-line on purpose, and longer than the house rule: one basic block of independent operations.
@@ -44,6 +44,17 @@ template <Features F, class V>
     V const rho = 1.0 + excess, inverse_rho = 1.0 / rho;
     V jx = ox + (oxy + oyx) + (oxz + ozx), jy = oy + (oxy - oyx) + (oyz + ozy), jz = oz + (oxz - ozx) + (oyz - ozy);
     if constexpr (F.force) jx = jx + 0.5 * Fx, jy = jy + 0.5 * Fy, jz = jz + 0.5 * Fz;
+    V Gx = all<V>(Fx), Gy = all<V>(Fy), Gz = all<V>(Fz);  // force on the fluid, the solids' included
+    if constexpr (F.grains) {
+        V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
+        s.force_rate = weight2 * rho;
+        s.force = {weight2 * jx, weight2 * jy, weight2 * jz};
+        V const push_x = madd(s.force_rate, s.momentum[0], -solid2 * jx),
+                push_y = madd(s.force_rate, s.momentum[1], -solid2 * jy),
+                push_z = madd(s.force_rate, s.momentum[2], -solid2 * jz);
+        jx = jx + 0.5 * push_x, jy = jy + 0.5 * push_y, jz = jz + 0.5 * push_z;
+        Gx = Gx + push_x, Gy = Gy + push_y, Gz = Gz + push_z;
+    }
     V const ux = jx * inverse_rho, uy = jy * inverse_rho, uz = jz * inverse_rho;
 
     // even parts: sums of both populations, less equilibrium (f + S/2 - f_eq); S = w (9 c.u c.F - work)
@@ -71,17 +82,6 @@ template <Features F, class V>
             nyz = apart(eyz, diagonal, jy + jz, uy + uz, Fy + Fz),
             nzy = apart(ezy, diagonal, jy - jz, uy - uz, Fy - Fz);
 
-    V solid2{}, fluid = all<V>(1.0), solid_x{}, solid_y{}, solid_z{};  // 2 B, 1 - B, 2 B rho u_s
-    if constexpr (F.grains) {
-        V const weight2 = 2.0 * s.weight;  // 2 B/eps
-        solid2 = weight2 * s.fraction;
-        fluid = madd(-0.5, solid2, fluid);
-        s.force_rate = weight2 * rho;
-        solid_x = s.force_rate * s.momentum[0], solid_y = s.force_rate * s.momentum[1],
-        solid_z = s.force_rate * s.momentum[2];
-        s.force = {weight2 * jx, weight2 * jy, weight2 * jz};
-    }
-
     // what the stress changes beyond the common rate of the even part
     V along_x{}, along_y{}, along_z{}, shear_xy{}, shear_xz{}, shear_yz{}, bulk{};
     if constexpr (split) {
@@ -100,41 +100,37 @@ template <Features F, class V>
             else
                 shear_rate = eddy;
         }
-        V const more = 4.5 * fluid * (even_rate - shear_rate);
+        V const more = 4.5 * (even_rate - shear_rate);
         along_x = more * dx, along_y = more * dy, along_z = more * dz;
         shear_xy = 2.0 * more * xy, shear_xz = 2.0 * more * xz, shear_yz = 2.0 * more * yz;
-        bulk = (1.5 * (even_rate - r.energy)) * (fluid * trace);
+        bulk = (1.5 * (even_rate - r.energy)) * trace;
     }
 
-    V const even = (-0.5 * even_rate) * fluid, odd = -r.flux * fluid;
+    double const even = -0.5 * even_rate;
     f0 = madd(2.0 * even, n0, f0);
     if constexpr (F.force) f0 = madd(-1.0 / 3, work, f0);
     if constexpr (split) f0 = madd(-1.0 / 3, bulk, f0);
     // odd parts: f + S/2 - f_eq; what both populations gain
     auto const collide_pair = [&](V & one, V & other, double weight, V apart_even, V stress, V difference, V cj, V cu,
-                                  double cF, V c_solid) __attribute__((always_inline))
+                                  double cF, V cG) __attribute__((always_inline))
     {
-        V a = even * apart_even, held = 0.5 * difference;
+        V a = even * apart_even;
         if constexpr (split) a = madd(weight, stress, a);
-        if constexpr (F.force) {
-            a = a + source(weight, cu, cF);
-            held = held + 1.5 * weight * cF;
-        }
-        V b = odd * madd(-3.0 * weight, cj, held);
-        if constexpr (F.force) b = b + 3.0 * weight * cF;
-        if constexpr (F.grains) b = b + madd(-solid2, held, (3.0 * weight) * c_solid);
+        if constexpr (F.force) a = a + source(weight, cu, cF);
+        V b = -r.flux * madd(-3.0 * weight, cj, 0.5 * difference);
+        if constexpr (F.force || F.grains) b = madd(3.0 * weight * (1.0 - 0.5 * r.flux), cG, b);
         one = one + (a + b);
         other = other + (a - b);
     };
-    collide_pair(fx, gx, axis, nx, along_x, ox, jx, ux, Fx, solid_x);
-    collide_pair(fy, gy, axis, ny, along_y, oy, jy, uy, Fy, solid_y);
-    collide_pair(fz, gz, axis, nz, along_z, oz, jz, uz, Fz, solid_z);
-    collide_pair(fxy, gxy, diagonal, nxy, bulk - along_z + shear_xy, oxy, jx + jy, ux + uy, Fx + Fy, solid_x + solid_y);
-    collide_pair(fyx, gyx, diagonal, nyx, bulk - along_z - shear_xy, oyx, jx - jy, ux - uy, Fx - Fy, solid_x - solid_y);
-    collide_pair(fxz, gxz, diagonal, nxz, bulk - along_y + shear_xz, oxz, jx + jz, ux + uz, Fx + Fz, solid_x + solid_z);
-    collide_pair(fzx, gzx, diagonal, nzx, bulk - along_y - shear_xz, ozx, jx - jz, ux - uz, Fx - Fz, solid_x - solid_z);
-    collide_pair(fyz, gyz, diagonal, nyz, bulk - along_x + shear_yz, oyz, jy + jz, uy + uz, Fy + Fz, solid_y + solid_z);
-    collide_pair(fzy, gzy, diagonal, nzy, bulk - along_x - shear_yz, ozy, jy - jz, uy - uz, Fy - Fz, solid_y - solid_z);
+    collide_pair(fx, gx, axis, nx, along_x, ox, jx, ux, Fx, Gx);
+    collide_pair(fy, gy, axis, ny, along_y, oy, jy, uy, Fy, Gy);
+    collide_pair(fz, gz, axis, nz, along_z, oz, jz, uz, Fz, Gz);
+    collide_pair(fxy, gxy, diagonal, nxy, bulk - along_z + shear_xy, oxy, jx + jy, ux + uy, Fx + Fy, Gx + Gy);
+    collide_pair(fyx, gyx, diagonal, nyx, bulk - along_z - shear_xy, oyx, jx - jy, ux - uy, Fx - Fy, Gx - Gy);
+    collide_pair(fxz, gxz, diagonal, nxz, bulk - along_y + shear_xz, oxz, jx + jz, ux + uz, Fx + Fz, Gx + Gz);
+    collide_pair(fzx, gzx, diagonal, nzx, bulk - along_y - shear_xz, ozx, jx - jz, ux - uz, Fx - Fz, Gx - Gz);
+    collide_pair(fyz, gyz, diagonal, nyz, bulk - along_x + shear_yz, oyz, jy + jz, uy + uz, Fy + Fz, Gy + Gz);
+    collide_pair(fzy, gzy, diagonal, nzy, bulk - along_x - shear_yz, ozy, jy - jz, uy - uz, Fy - Fz, Gy - Gz);
 }
 
 //! Collides the cell x of a row and those after it that V has room for, in place.

@@ -79,7 +79,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
             excess += f[q][x];
             for (std::size_t axis = 0; axis < D; ++axis) j[axis] += L::c[q][axis] * f[q][x];
         }
-        double const share = weight_per_fraction(row.fraction[x], relaxation_.tau);
+        double const share = weight_per_fraction<D>(row.fraction[x], relaxation_.tau);
         double const fluid = 1 - share * row.fraction[x];
         row.excess[x] = excess;
         for (std::size_t axis = 0; axis < D; ++axis)

@@ -105,12 +105,13 @@ struct RowBuffer
 
 thread_local RowBuffer buffer;
 
+template <int D>
 void find_weights(std::ptrdiff_t begin, std::ptrdiff_t end, double tau, RowBuffer& row)
 {
     double const* const fraction = row.fraction.data();
     double* const weight = row.weight.data();
 #pragma omp simd
-    for (std::ptrdiff_t x = begin; x < end; ++x) weight[x] = weight_per_fraction(fraction[x], tau);
+    for (std::ptrdiff_t x = begin; x < end; ++x) weight[x] = weight_per_fraction<D>(fraction[x], tau);
 }
 
 //! Deep inside a body, where all neighbours are covered as well, the fluid takes the body's velocity in one step.
@@ -250,7 +251,7 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
         if (!touched) return fluid_(slots, begin, end, relaxation_, {});
         covered_cells_[static_cast<std::size_t>(r)] += end - begin;
-        find_weights(begin, end, relaxation_.tau, buffer);
+        find_weights<D>(begin, end, relaxation_.tau, buffer);
     });
     for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], bodies_, buffer);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {

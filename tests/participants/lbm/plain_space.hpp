@@ -111,40 +111,34 @@ class PlainSpace
             rho += f[q];
             for (std::size_t k = 0; k < 3; ++k) j[k] += L::c[q][k] * f[q];
         }
-        for (std::size_t k = 0; k < 3; ++k) u[k] = j[k] / rho;
-        Values source, apart;
-        double const uF = u[0] * force[0] + u[1] * force[1] + u[2] * force[2];
-        for (std::size_t q = 0; q < f.size(); ++q) {
-            double const cF = lbm::dot(L::c[q], force), cu = lbm::dot(L::c[q], u);
-            source[q] = L::weight[q] * (3 * (cF - uF) + 9 * cu * cF);
-            apart[q] = f[q] + source[q] / 2 - lbm::equilibrium<3>(q, rho - 1, u);
-        }
-
         auto const [fraction, weight] = solid(cell, spheres, covered);
         double const b = fraction * weight;
-        Values const relaxed = relax(apart, rho, fraction);
-        std::array<double, 3> solid_momentum{};
+        std::array<double, 3> push = {-2 * b * j[0], -2 * b * j[1], -2 * b * j[2]};  // of the solids on the fluid
         for (auto const& [i, eps] : covered) {
             auto const r = arm(cell, spheres[i]);
             auto const& [w, v] = std::pair{spheres[i].spin, spheres[i].velocity};
             std::array<double, 3> const us = {v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2],
                                               v[2] + w[0] * r[1] - w[1] * r[0]};
-            std::array<double, 3> push;
+            std::array<double, 3> load;
             for (std::size_t k = 0; k < 3; ++k) {
-                solid_momentum[k] += eps * rho * us[k];
-                push[k] = 2 * eps * weight * (j[k] - rho * us[k]);
-                loads_[i][k] += push[k];
+                push[k] += 2 * weight * eps * rho * us[k];
+                load[k] = 2 * eps * weight * (j[k] - rho * us[k]);
+                loads_[i][k] += load[k];
             }
-            loads_[i][3] += r[1] * push[2] - r[2] * push[1];
-            loads_[i][4] += r[2] * push[0] - r[0] * push[2];
-            loads_[i][5] += r[0] * push[1] - r[1] * push[0];
+            loads_[i][3] += r[1] * load[2] - r[2] * load[1];
+            loads_[i][4] += r[2] * load[0] - r[0] * load[2];
+            loads_[i][5] += r[0] * load[1] - r[1] * load[0];
         }
+        for (std::size_t k = 0; k < 3; ++k) u[k] = (j[k] + push[k] / 2) / rho;
+        Values source, apart;
+        double const uF = u[0] * force[0] + u[1] * force[1] + u[2] * force[2];
         for (std::size_t q = 0; q < f.size(); ++q) {
-            std::size_t const p = L::opposite[q];
-            double const held = 0.5 * (f[q] + source[q] / 2 - f[p] - source[p] / 2);
-            double const toward = 6 * weight * L::weight[q] * lbm::dot(L::c[q], solid_momentum);
-            send(q, cell, f[q] + source[q] + (1 - b) * relaxed[q] - 2 * b * held + toward);
+            double const cF = lbm::dot(L::c[q], force), cu = lbm::dot(L::c[q], u);
+            source[q] = L::weight[q] * (3 * (cF - uF) + 9 * cu * cF + 3 * lbm::dot(L::c[q], push));
+            apart[q] = f[q] + source[q] / 2 - lbm::equilibrium<3>(q, rho - 1, u);
         }
+        Values const relaxed = relax(apart, rho, fraction);
+        for (std::size_t q = 0; q < f.size(); ++q) send(q, cell, f[q] + source[q] + relaxed[q]);
     }
 
     //! Change by relaxation, moment by moment.
@@ -189,7 +183,7 @@ class PlainSpace
         }
         if (fraction == 0) return {0, 0};
         double const t = rates_.tau - 0.5;
-        double b = std::min(0.95, fraction >= 1 ? 1 : fraction * t / (1 - fraction + t));
+        double b = std::min(0.95, fraction >= 1 ? 1 : 2.5 * fraction * t / (1 - fraction + 2.5 * fraction * t));
         if (core) b = 0.5;
         return {fraction, b / fraction};
     }
