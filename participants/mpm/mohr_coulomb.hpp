@@ -45,22 +45,22 @@ class MohrCoulombSurface
     struct Face
     {
         Vec3 normal, flow, relief;  //!< relief = C flow: stress taken by a multiplier of one
-        double limit;               //!< [Pa]
-        bool tension;
+        double limit = 0;           //!< [Pa]
+        bool tension = false;
     };
     struct Set
     {
-        std::array<std::size_t, 3> face;
-        std::size_t count;
+        std::array<std::size_t, 3> face{};
+        std::size_t count = 0;
     };
     template <int K>
     bool try_set(Set const& set, Vec3 const& trial, double tolerance, Returned& out) const;
 
     double tip_;  //!< T, or the tip of the cone [Pa]
     double shear_, bulk_;
-    std::array<Face, most> face_;
+    std::array<Face, most> face_{};
     std::size_t faces_ = 0;
-    std::array<Set, 41> set_;
+    std::array<Set, 41> set_{};
     std::size_t sets_ = 0;
 };
 
