@@ -51,7 +51,7 @@ template <int D>
 Vec<D> advance(Solver<D>& solver, double step, sluice::Window const& window, PartnerLoads<D>& loads,
                std::vector<sluice::Sampled<sluice::Load>>& samples)
 {
-    auto const steps = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(window.length / step - 1e-9)));
+    std::int64_t const steps = window.steps(step);
     double const dt = window.length / static_cast<double>(steps);
     bool const vary = std::ranges::any_of(samples, &sluice::Sampled<sluice::Load>::vary);
     Vec<D> impulse{};
@@ -250,7 +250,7 @@ void run(sluice::Participant& self, Config const& config)
     std::optional<Recorder<D>> recorder;
     auto begin_recording = [&](std::optional<double> resumed_at) {
         if (!first) return;
-        recorder.emplace(typename Recorder<D>::Names{self.directory(), self.name(), self.scene().hash}, config,
+        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, config,
                          start.mean_diameter, resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };

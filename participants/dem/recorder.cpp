@@ -97,7 +97,8 @@ void Columns<D>::update(Grains<D> const& g)
 }
 
 template <int D>
-Recorder<D>::Recorder(Names const& names, Config const& config, double mean_diameter, std::optional<double> resumed_at)
+Recorder<D>::Recorder(sluice::RunNames const& names, Config const& config, double mean_diameter,
+                      std::optional<double> resumed_at)
     : measures_(config.measures),
       gauges_(gauges_of<D>(config, mean_diameter)),
       series_(names.directory, names.participant, sluice::Precision::float32, resumed_at),

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include "coupler/record/archive.hpp"
 #include "coupler/record/point_series.hpp"
+#include "coupler/record/run_names.hpp"
 #include "coupler/record/table.hpp"
 #include "participants/dem/gauges.hpp"
 
@@ -41,15 +41,8 @@ template <int D>
 class Recorder
 {
  public:
-    struct Names
-    {
-        std::filesystem::path directory;
-        std::string participant;
-        std::uint64_t scene_hash;
-    };
-
     //! `mean_diameter` [m]. A resumed run goes on with what is there up to `resumed_at` [s].
-    Recorder(Names const& names, Config const& config, double mean_diameter,
+    Recorder(sluice::RunNames const& names, Config const& config, double mean_diameter,
              std::optional<double> resumed_at = std::nullopt);
     //! Right after the constructor: what the archives lack of the earlier part of a resumed run; empty: nothing.
     std::string remark() const { return archive_.remark(series_.frames()); }

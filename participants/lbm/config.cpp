@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "coupler/scene/reader.hpp"
+#include "coupler/scene/side_names.hpp"
 #include "coupler/scene/threads.hpp"
 
 namespace lbm {
@@ -39,7 +40,7 @@ double grid_reynolds(Config const& c)
 //! `velocity`: in the plane along the side, +x or +y; in space a vector along it.
 Wall read_wall(sluice::Reader& walls, Side side, int dimension)
 {
-    char const* const name = name_of(side, dimension);
+    char const* const name = sluice::side_name(dimension, side);
     auto const axis = static_cast<std::size_t>(side) / 2;
     if (!walls.has(name) || walls.is_scalar(name))
         return {.periodic = walls.choice_or(name, 0, {"no_slip", "periodic"}) == 1, .velocity = {}};
@@ -119,11 +120,10 @@ void find_geometry_issues(Config const& c, std::vector<Issue>& issues)
     }
     for (std::size_t s = 0; s < 2 * c.axes(); s += 2)
         if (c.walls[s].periodic != c.walls[s + 1].periodic)
-            issues.push_back(
-                {"walls",
-                 format("%s and %s differ (periodic must be both or neither).",
-                        name_of(static_cast<Side>(s), c.dimension), name_of(static_cast<Side>(s + 1), c.dimension)),
-                 true});
+            issues.push_back({"walls",
+                              format("%s and %s differ (periodic must be both or neither).",
+                                     sluice::side_name(c.dimension, s), sluice::side_name(c.dimension, s + 1)),
+                              true});
 }
 
 void find_flow_issues(Config const& c, std::vector<Issue>& issues)
@@ -163,13 +163,6 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
 }
 
 }  // namespace
-
-char const* name_of(Side side, int dimension) noexcept
-{
-    static constexpr char const* plane[] = {"left", "right", "bottom", "top", "", ""};
-    static constexpr char const* space[] = {"left", "right", "front", "back", "bottom", "top"};
-    return (dimension == 2 ? plane : space)[side];
-}
 
 std::array<std::ptrdiff_t, 3> Config::cells() const noexcept
 {

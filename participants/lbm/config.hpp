@@ -41,8 +41,6 @@ template <int D>
 inline constexpr Side bottom = D == 2 ? lower_y : lower_z;
 template <int D>
 inline constexpr Side top = D == 2 ? upper_y : upper_z;
-//! The name of a side in a scene: left, right, bottom, top; in space front (low y) and back, too.
-char const* name_of(Side side, int dimension) noexcept;
 
 //! Everything the solver needs, in SI; made by read_config() or by hand, constant afterwards.
 struct Config

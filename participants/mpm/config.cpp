@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "coupler/scene/reader.hpp"
+#include "coupler/scene/side_names.hpp"
 #include "participants/mpm/law_config.hpp"
 
 namespace mpm {
@@ -96,13 +97,11 @@ Wall read_wall(sluice::Reader& walls, char const* name, int axis, int side)
 
 void read_walls(sluice::Reader& r, Config& c)
 {
-    char const* const plane[] = {"left", "right", "bottom", "top"};
-    char const* const space[] = {"left", "right", "front", "back", "bottom", "top"};
     std::optional<sluice::Reader> walls = r.child_if("walls");
     for (int axis = 0; axis < c.dimension; ++axis)
         for (int side : {-1, 1}) {
-            int const k = 2 * axis + (side + 1) / 2;
-            char const* const name = c.dimension == 2 ? plane[k] : space[k];
+            char const* const name =
+                sluice::side_name(c.dimension, static_cast<std::size_t>(2 * axis + (side + 1) / 2));
             auto const a = static_cast<std::size_t>(axis);
             Wall wall = walls ? read_wall(*walls, name, axis, side) : Wall{.axis = axis, .side = side};
             wall.place = side < 0 ? c.origin[a] : c.origin[a] + c.size[a];

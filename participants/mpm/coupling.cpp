@@ -83,7 +83,7 @@ void run(sluice::Participant& self, Config const& config)
         });
     std::optional<Recorder<D>> recorder;
     auto const begin_recording = [&](std::optional<double> resumed_at) {
-        recorder.emplace(typename Recorder<D>::Names{self.directory(), self.name(), self.scene().hash}, resumed_at);
+        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
     if (!self.resumes()) {

@@ -49,7 +49,7 @@ constexpr std::size_t stresses = D == 2 ? 4 : 6;
 }  // namespace
 
 template <int D>
-Recorder<D>::Recorder(Names const& names, std::optional<double> resumed_at)
+Recorder<D>::Recorder(sluice::RunNames const& names, std::optional<double> resumed_at)
     : series_(names.directory, names.participant, sluice::Precision::float32, resumed_at),
       archive_(names.directory / (names.participant + ".h5"),
                std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(names.scene_hash)}}, resumed_at),

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 
 #include "coupler/record/archive.hpp"
 #include "coupler/record/point_series.hpp"
+#include "coupler/record/run_names.hpp"
 #include "coupler/record/table.hpp"
 #include "participants/mpm/solver.hpp"
 
@@ -17,15 +16,8 @@ template <int D>
 class Recorder
 {
  public:
-    struct Names
-    {
-        std::filesystem::path directory;
-        std::string participant;
-        std::uint64_t scene_hash;
-    };
-
     //! A resumed run goes on with what is there up to `resumed_at` [s].
-    Recorder(Names const& names, std::optional<double> resumed_at = std::nullopt);
+    Recorder(sluice::RunNames const& names, std::optional<double> resumed_at = std::nullopt);
     //! Right after the constructor: what the archive lacks of the earlier part of a resumed run; empty: nothing.
     std::string remark() const { return archive_.remark(series_.frames()); }
 

@@ -52,10 +52,10 @@ Vec<D> place_of(Setup<D> const& setup, Node<D> const& node)
 //! What a point that was at `place` with a velocity and its gradient brings to its nodes. Since sum w (x_i - x) = 0,
 //! the gradient takes part without adding momentum; with it a linear field of velocities arrives on the grid as it is.
 template <int D, class Basis>
-void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place, Grid<D>& grid,
-                    Vec<D> Node<D>::*momentum)
+void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place, Stencil<D, Basis> const& at,
+                    Grid<D>& grid, Vec<D> Node<D>::*momentum)
 {
-    stencil_at<D, Basis>(setup, point, place).each(grid, [&](Node<D>& node, double weight, Vec<D> const&) {
+    at.each(grid, [&](Node<D>& node, double weight, Vec<D> const&) {
         Vec<D> velocity = point.velocity;
         if (setup.affine) velocity += point.slope * (place_of(setup, node) - place);
         node.*momentum += weight * point.mass * velocity;
@@ -69,13 +69,13 @@ void to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> cons
         Point<D> const& point = state.points[p];
         Mat<D> const pull = point.volume_now() * point.matter.stress.template topLeftCorner<D, D>();
         Vec<D> const load = loads.empty() ? Vec<D>::Zero() : loads[p];
-        stencil_at<D, Basis>(setup, point, point.place)
-            .each(grid, [&](Node<D>& node, double weight, Vec<D> const& gradient) {
-                node.mass += weight * point.mass;
-                node.inner -= pull * gradient;
-                node.outer += weight * load;
-            });
-        bring_momentum<D, Basis>(setup, point, point.place, grid, &Node<D>::momentum);
+        auto const at = stencil_at<D, Basis>(setup, point, point.place);
+        at.each(grid, [&](Node<D>& node, double weight, Vec<D> const& gradient) {
+            node.mass += weight * point.mass;
+            node.inner -= pull * gradient;
+            node.outer += weight * load;
+        });
+        bring_momentum(setup, point, point.place, at, grid, &Node<D>::momentum);
     }
     for (auto const& traction : setup.tractions)
         add_traction<D, Basis>(setup, traction, state.points[traction.point], grid);
@@ -101,8 +101,11 @@ void to_points(Setup<D> const& setup, State<D>& state, Grid<D>& grid, double dt)
 template <int D, class Basis>
 void back_to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> const> places, Grid<D>& grid)
 {
-    for (std::size_t p = 0; p < places.size(); ++p)
-        bring_momentum<D, Basis>(setup, state.points[p], places[p], grid, &Node<D>::strain_velocity);
+    for (std::size_t p = 0; p < places.size(); ++p) {
+        Point<D> const& point = state.points[p];
+        bring_momentum(setup, point, places[p], stencil_at<D, Basis>(setup, point, places[p]), grid,
+                       &Node<D>::strain_velocity);
+    }
 }
 
 template <int D, class Basis>

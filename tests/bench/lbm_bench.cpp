@@ -109,24 +109,33 @@ struct Column
     lbm::BodiesView view() const { return {position, velocity, spin, radius}; }
 };
 
+//! Updates of a cell a second, the best of four blocks of steps; `prepare()` before each step.
+template <class AnySolver, class Prepare>
+double best_rate(AnySolver& solver, double cells, int steps, Prepare&& prepare)
+{
+    double best = 0;
+    for (int block = 0; block < 4; ++block) {
+        auto const start = Clock::now();
+        for (int k = 0; k < steps; ++k) {
+            prepare();
+            solver.step();
+        }
+        best = std::max(best, steps * cells / seconds_since(start));
+    }
+    return best;
+}
+
 //! Updates of a cell a second, whole steps: area fractions, boundaries, collision, streaming, force sums. No column: no
 //! discs.
 double rate(lbm::Config const& c, Size const& size, char const* name = nullptr, Column column = {0, 1, 1, 0})
 {
     bool const grains = name != nullptr;
     lbm::Solver<2> solver(c);
-    double best = 0;
-    for (int block = 0; block < 4; ++block) {
-        auto const start = Clock::now();
-        for (int k = 0; k < size.steps; ++k) {
-            if (grains) {
-                column.move();
-                solver.set_bodies(column.view());
-            }
-            solver.step();
-        }
-        best = std::max(best, size.steps * static_cast<double>(size.nx * size.ny) / seconds_since(start));
-    }
+    double const best = best_rate(solver, static_cast<double>(size.nx * size.ny), size.steps, [&] {
+        if (!grains) return;
+        column.move();
+        solver.set_bodies(column.view());
+    });
     if (grains)
         note(name, "cells near grains", 100 * solver.share().covered_cells, "%", "all cells",
              solver.share().covered_cells);
@@ -154,18 +163,10 @@ double rate_in_space(std::ptrdiff_t side, int threads, lbm::Operator collision, 
         spin.insert(spin.end(), {1e-4, 1e-4 * std::cos(i), 0});
         radius.push_back(0.45 * pitch);
     }
-    constexpr int steps = 10;
-    double best = 0;
-    for (int block = 0; block < 4; ++block) {
-        auto const start = Clock::now();
-        for (int k = 0; k < steps; ++k) {
-            for (std::size_t i = 0; i < position.size(); ++i) position[i] += velocity[i];
-            solver.set_bodies({position, velocity, spin, radius});
-            solver.step();
-        }
-        best = std::max(best, steps * static_cast<double>(side * side * side) / seconds_since(start));
-    }
-    return best;
+    return best_rate(solver, static_cast<double>(side * side * side), 10, [&] {
+        for (std::size_t i = 0; i < position.size(); ++i) position[i] += velocity[i];
+        solver.set_bodies({position, velocity, spin, radius});
+    });
 }
 
 //! The oracle of the tests: two grids, one cell at a time, moments by matrix.

@@ -7,6 +7,7 @@
 #include "coupler/base/error.hpp"
 #include "coupler/scene/reader.hpp"
 #include "tests/support/close_to.hpp"
+#include "tests/support/contains.hpp"
 
 namespace {
 
@@ -31,11 +32,6 @@ std::string errors(std::string const& text)
         return e.what();
     }
     return "";
-}
-
-bool contains(std::string const& text, char const* part)
-{
-    return text.find(part) != std::string::npos;
 }
 
 bool warns(lbm::Config const& c, char const* key)

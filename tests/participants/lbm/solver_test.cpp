@@ -8,6 +8,7 @@
 
 #include "coupler/base/error.hpp"
 #include "tests/support/close_to.hpp"
+#include "tests/support/contains.hpp"
 
 namespace {
 
@@ -29,11 +30,6 @@ std::string message(auto&& run)
         return std::to_string(static_cast<int>(e.exit())) + " " + e.what();
     }
     return "";
-}
-
-bool contains(std::string const& text, char const* part)
-{
-    return text.find(part) != std::string::npos;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "participants/mpm/law_config.hpp"
 #include "participants/mpm/setup.hpp"
 #include "tests/support/close_to.hpp"
+#include "tests/support/contains.hpp"
 
 namespace {
 
@@ -33,11 +34,6 @@ std::string errors(std::string const& text, int dimension = 2)
         return e.what();
     }
     return "";
-}
-
-bool contains(std::string const& text, char const* part)
-{
-    return text.find(part) != std::string::npos;
 }
 
 }  // namespace

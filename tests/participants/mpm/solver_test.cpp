@@ -10,6 +10,7 @@
 #include "coupler/base/error.hpp"
 #include "participants/mpm/setup.hpp"
 #include "tests/support/close_to.hpp"
+#include "tests/support/contains.hpp"
 
 namespace {
 
@@ -56,11 +57,6 @@ std::string error_of(auto&& run)
         return e.what();
     }
     return "";
-}
-
-bool contains(std::string const& text, char const* part)
-{
-    return text.find(part) != std::string::npos;
 }
 
 template <int D>
