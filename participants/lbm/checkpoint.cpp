@@ -131,6 +131,7 @@ void Solver<D>::restore(sluice::State const& kept)
     for (std::size_t q = 0; q < from.size(); ++q)
         for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r, from[q] += populations_.nx())
             std::copy(from[q], from[q] + populations_.nx(), populations_.row(q, r));
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) note_turned(populations_, r, walls_);
     coverage_.update(bodies_, team_);
     complete_ = true;
 }

@@ -19,11 +19,24 @@ enum class Operator
     trt,
     bgk
 };
-//! One side of the domain: half-way bounce-back (no-slip), moving along itself if velocity != 0, or periodic.
+//! What is beyond a side.
+enum class Border
+{
+    wall,  //!< half-way bounce-back (no-slip), moving along itself if velocity != 0
+    periodic,
+    slip,     //!< a wall without friction
+    inflow,   //!< its velocity is given
+    pressure  //!< its pressure is given; flow may go either way
+};
+
+//! One side of the domain.
 struct Wall
 {
-    bool periodic = false;
-    std::array<double, 3> velocity{};  //!< [m/s]; none across the side
+    Border kind = Border::wall;
+    std::array<double, 3> velocity{};  //!< [m/s]; of a wall none across; of an inflow the largest
+    bool parabola = false;             //!< of an inflow: falls to 0 at walls beside it, else it is uniform
+    double ramp = 0;                   //!< an inflow grows from 0 within this time [s]
+    double pressure = 0;               //!< p - p_0 [Pa]
 };
 
 //! The sides: lower and upper one along x, y and z.
@@ -68,6 +81,11 @@ struct Config
     double relaxation_time() const noexcept { return units().relaxation_time(viscosity); }
     std::array<std::ptrdiff_t, 3> cells() const noexcept;  //!< along x, y, z; one along z in the plane
     std::size_t axes() const noexcept { return static_cast<std::size_t>(dimension); }
+    bool periodic(std::size_t axis) const noexcept { return walls[2 * axis].kind == Border::periodic; }
+    void set_periodic(std::size_t axis, bool is = true) noexcept
+    {
+        walls[2 * axis].kind = walls[2 * axis + 1].kind = is ? Border::periodic : Border::wall;
+    }
 };
 
 //! What is wrong with a configuration, or near a limit.

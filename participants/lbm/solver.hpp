@@ -92,6 +92,7 @@ class Solver
     static constexpr std::size_t freedoms = D + spins<D>;
     using Motion = std::array<double, freedoms>;
 
+    void enter_row(std::ptrdiff_t r);
     void collide_row(std::ptrdiff_t r);
     void collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t const> strips);
     void add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid);

@@ -173,6 +173,7 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
                           L::weight[q] * (3 * rho * relaxation_.tau * stress + 1.5 * dot(L::c[q], relaxation_.force));
             }
         }
+        note_turned(populations_, r, walls_);
     }
     complete_ = true;
 }
@@ -183,7 +184,7 @@ void Solver<D>::complete()
 {
     if (complete_) return;
     team_.share(populations_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t r = begin; r < end; ++r) enter_from_outside(populations_, r, walls_);
+        for (std::ptrdiff_t r = begin; r < end; ++r) enter_row(r);
     });
     coverage_.update(bodies_, team_);
     complete_ = true;
