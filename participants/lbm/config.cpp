@@ -95,6 +95,53 @@ void read_walls(sluice::Reader& reader, Config& c)
     walls->finish();
 }
 
+Solid read_solid(sluice::Reader& reader, std::size_t index, int dimension)
+{
+    auto const axes = static_cast<std::size_t>(dimension);
+    Solid solid;
+    solid.name = reader.word_or("name", "solid_" + std::to_string(index));
+    auto const vector = [&](sluice::Reader& r, char const* key) {
+        std::array<double, 3> v{};
+        auto const numbers = r.numbers(key, axes, {.unit = "m"});
+        std::copy(numbers.begin(), numbers.end(), v.begin());
+        return v;
+    };
+    char const* const round = dimension == 2 ? "disc" : "sphere";
+    if (auto box = reader.child_if("box")) {
+        solid.shape = Solid::Shape::box;
+        auto const low = vector(*box, "low"), high = vector(*box, "high");
+        for (std::size_t k = 0; k < axes; ++k) {
+            solid.centre[k] = 0.5 * (low[k] + high[k]);
+            solid.size[k] = high[k] - low[k];
+            if (!(solid.size[k] > 0)) box->problem("high", "is not above low (must be, along each axis).");
+        }
+        box->finish();
+    } else if (auto cylinder = dimension == 3 ? reader.child_if("cylinder") : std::nullopt) {
+        solid.shape = Solid::Shape::cylinder;
+        solid.centre = vector(*cylinder, "point");
+        solid.axis = cylinder->choice("axis", {"x", "y", "z"});
+        solid.radius = cylinder->number("radius", {.above = 0.0, .unit = "m"});
+        cylinder->finish();
+    } else {
+        sluice::Reader ball = reader.child(round);
+        solid.centre = vector(ball, "centre");
+        solid.radius = ball.number("radius", {.above = 0.0, .unit = "m"});
+        ball.finish();
+    }
+    reader.finish();
+    return solid;
+}
+
+void read_solids(sluice::Reader& reader, Config& c)
+{
+    for (sluice::Reader& solid : reader.list("solids")) {
+        c.solids.push_back(read_solid(solid, c.solids.size(), c.dimension));
+        for (std::size_t k = 0; k + 1 < c.solids.size(); ++k)
+            if (c.solids[k].name == c.solids.back().name)
+                solid.problem("name", c.solids[k].name + " is there twice (names of solids must differ).");
+    }
+}
+
 void read_collision(sluice::Reader& r, Config& c)
 {
     c.collision =
@@ -263,6 +310,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     read_step(r, c);
     read_collision(r, c);
     read_walls(r, c);
+    read_solids(r, c);
     take(r.numbers_or("acceleration", zero, {.unit = "m/s2"}), c.acceleration);
     if (r.flag_or("gravity", false))
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];

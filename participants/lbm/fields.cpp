@@ -67,7 +67,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
         for (std::ptrdiff_t k = 0; k < s.count; ++k) {
             auto const x = static_cast<std::size_t>(s.begin + k);
             row.fraction[x] += s.fraction[k];
-            drag[x] += s.fraction[k] * hold_of<D>(s, bodies_, relaxation_.tau).drag;
+            drag[x] += s.fraction[k] * s.drag;
             for (std::size_t axis = 0; axis < D; ++axis)
                 solid[axis][x] += s.fraction[k] * velocity.at(axis, static_cast<int>(k));
         }

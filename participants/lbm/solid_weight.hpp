@@ -39,23 +39,22 @@ inline constexpr double flat_drag = 0.03;
 //! same to 0.5 %, without up to 7 % more.
 inline constexpr double moving_lag = 0.1;
 
-//! What a cell has of a solid, for each unit of fraction.
-struct Hold
-{
-    double drag = flat_drag;  //!< K
-    double lag = 0;           //!< R, see open_share()
-};
-
-//! Of the solid of a strip.
+//! K of a disc or a sphere of curvature 1/R [1/cells].
 template <int D>
-Hold hold_of(Strip<D> const& strip, std::span<Body<D> const> bodies, double tau)
+double drag_of_curvature(double curvature) noexcept
 {
-    if (strip.body >= static_cast<std::ptrdiff_t>(bodies.size())) return {};
-    Body<D> const& body = bodies[static_cast<std::size_t>(strip.body)];
+    return curvature_drag<D> * curvature + flat_drag;
+}
+
+//! R of a strip's solid, for open_share(); 0 where it rests.
+template <int D>
+double lag_of(Strip<D> const& strip, std::span<Body<D> const> bodies, double tau) noexcept
+{
+    if (strip.body >= static_cast<std::ptrdiff_t>(bodies.size())) return 0;
     double square = 0;
-    for (double const v : body.velocity) square += v * v;
+    for (double const v : bodies[static_cast<std::size_t>(strip.body)].velocity) square += v * v;
     double const viscosity = (tau - 0.5) / 3;
-    return {curvature_drag<D> / body.radius + flat_drag, moving_lag * square / (viscosity * viscosity)};
+    return moving_lag * square / (viscosity * viscosity);
 }
 
 //! B/eps [-] of a cell that solids cover by `fraction` in all; `drag` is the sum of K eps. B is at most full_weight.

@@ -9,6 +9,7 @@
 #include "participants/lbm/collide_plane.hpp"
 #include "participants/lbm/collide_space.hpp"
 #include "participants/lbm/solid_weight.hpp"
+#include "participants/lbm/solids.hpp"
 
 namespace lbm {
 namespace {
@@ -186,19 +187,20 @@ int whole_lanes(Strip<D> const& strip)
 }
 
 template <int D>
-void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, Hold const& hold, RowBuffer& row)
+void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, double lag, RowBuffer& row)
 {
     int const count = whole_lanes(strip);
     double *const fraction = row.fraction.data() + strip.begin, *const drag = row.drag.data() + strip.begin,
-                  *const lag = row.lag.data() + strip.begin;
+                  *const lags = row.lag.data() + strip.begin;
     double *const x = row.momentum[0].data() + strip.begin, *const y = row.momentum[1].data() + strip.begin,
                   *const z = row.momentum[2].data() + strip.begin;
+    double const held = strip.drag;
 #pragma omp simd
     for (int k = 0; k < count; ++k) {  // int: the machine turns four of them into doubles at once
         double const f = strip.fraction[k];
         fraction[k] += f;
-        drag[k] += f * hold.drag;
-        lag[k] += f * hold.lag;
+        drag[k] += f * held;
+        lags[k] += f * lag;
         x[k] += f * v.first[0];
         y[k] += f * v.at(1, k);
         if constexpr (D == 3) z[k] += f * v.at(2, k);
@@ -224,7 +226,9 @@ Solver<D>::Solver(Config const& config)
       populations_(config_.cells(), team_),
       coverage_(config_.cells(), walls_.periodic()),
       covered_cells_(static_cast<std::size_t>(populations_.rows()))
-{}
+{
+    set_patches(patches_of<D>(config_));
+}
 
 template <int D>
 void Solver<D>::step()
@@ -296,7 +300,7 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
     });
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];
-        add_strip(s, StripVelocity<D>(s, bodies_), hold_of<D>(s, bodies_, relaxation_.tau), buffer);
+        add_strip(s, StripVelocity<D>(s, bodies_), lag_of<D>(s, bodies_, relaxation_.tau), buffer);
     }
     Slots<D> const slots = populations_.row(r);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
@@ -348,6 +352,16 @@ void Solver<D>::add_strip_forces(std::span<std::uint32_t const> strips, SolidRow
     }
 }
 
+template <int D>
+typename Solver<D>::Motion Solver<D>::sum_strips(std::size_t index) const
+{
+    Motion sum{};
+    auto const [begin, end] = coverage_.of_body(index);
+    for (std::size_t k = begin; k < end; ++k)
+        for (std::size_t f = 0; f < freedoms; ++f) sum[f] += strip_load_[k][f];
+    return sum;
+}
+
 //! Sums each body's strips in their order, whatever the number of threads. Returns whether all loads are finite.
 template <int D>
 bool Solver<D>::sum_loads()
@@ -356,15 +370,13 @@ bool Solver<D>::sum_loads()
     double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
     bool finite = true;
     for (std::size_t i = 0; i < n; ++i) {
-        Motion sum{};
-        auto const [begin, end] = coverage_.of_body(i);
-        for (std::size_t k = begin; k < end; ++k)
-            for (std::size_t f = 0; f < freedoms; ++f) sum[f] += strip_load_[k][f];
+        Motion const sum = sum_strips(i);
         for (std::size_t f = 0; f < D; ++f) exchange_[D * i + f] = sum[f] * force_unit;
         for (std::size_t f = 0; f < spins<D>; ++f) exchange_torque_[spins<D> * i + f] = sum[D + f] * torque_unit;
         finite = finite && std::isfinite(std::accumulate(sum.begin(), sum.end(), 0.0));
     }
     find_loads();
+    find_solid_loads();
     std::ptrdiff_t const covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
     share_.covered_cells = static_cast<double>(covered) / static_cast<double>(populations_.cells());
     return finite;

@@ -27,15 +27,19 @@ struct Entry
 
     Boundary const& side_across(std::size_t axis) const { return walls.side[axis][c[axis] > 0 ? 0 : 1]; }
 
-    //! The axis whose side throws them back; -1: none, they were mirrored or come from the other side.
+    //! The axis whose side throws them back, a wall at rest before others; -1: none, they were mirrored or come from
+    //! the other side.
     int axis() const
     {
+        int found = -1;
         for (int axis = D - 1; axis >= 0; --axis) {
             auto const k = static_cast<std::size_t>(axis);
-            Border const kind = side_across(k).kind;
-            if (beyond[k] && kind != Border::periodic && kind != Border::slip) return axis;
+            if (!beyond[k]) continue;
+            Boundary const& side = side_across(k);
+            if (side.kind == Border::wall && side.velocity == std::array<double, 3>{}) return axis;
+            if (found < 0 && side.kind != Border::periodic && side.kind != Border::slip) found = axis;
         }
-        return -1;
+        return found;
     }
 
     //! Where populations are that left to where these come from, after mirrors and periodic sides.

@@ -45,9 +45,9 @@ struct Walls
 //! (1994) 285), so that what flows in is rho_0 u; a given density throws it back with the other sign and adds twice the
 //! even part of the equilibrium of that density and the cell's velocity, and (2 - s) times the even part that is not in
 //! equilibrium, the stress (Ginzburg, Verhaeghe and d'Humieres, Commun. Comput. Phys. 3 (2008) 427); a periodic side
-//! takes the one that left on the other side. Links through an edge belong to the side across the last axis (top and
-//! bottom before the others): with rho_0 a moving wall then adds no mass. Touches slots of that row alone, and may be
-//! repeated until note_turned(). A wall without friction takes the one that left in the mirrored direction.
+//! takes the one that left on the other side. Links through an edge belong to a wall at
+//! rest, else to the side across the last axis (top and bottom before the others). Touches slots of that row alone, and
+//! may be repeated until note_turned(). A wall without friction takes the one that left in the mirrored direction.
 template <int D>
 void enter_from_outside(Populations<D>& populations, std::ptrdiff_t row, Walls const& walls);
 

@@ -103,6 +103,27 @@ walls: {left: {inflow: 0.2, profile: parabola, ramp: 0.5}, right: {pressure: 12}
     CHECK(contains(errors(whole + "walls: {left: {inflow: 90}, right: {pressure: 0}}\n"), "Mach number"));
 }
 
+TEST_CASE("config: solids at rest")
+{
+    lbm::Config const c = read(whole + R"(
+solids: [{name: pile, disc: {centre: [0.05, 0.02], radius: 0.01}}, {box: {low: [0, 0], high: [0.02, 0.01]}}]
+)");
+    REQUIRE(c.solids.size() == 2);
+    CHECK(c.solids[0].name == "pile");
+    CHECK(c.solids[0].radius == 0.01);
+    CHECK(c.solids[1].name == "solid_1");
+    CHECK(c.solids[1].centre == std::array<double, 3>{0.01, 0.005, 0});
+    CHECK(c.solids[1].size == std::array<double, 3>{0.02, 0.01, 0});
+
+    CHECK(contains(errors(whole + "solids: [{box: {low: [0.1, 0], high: [0, 0.1]}}]\n"), "is not above low"));
+    CHECK(contains(errors(whole + "solids: [{disc: {centre: [0, 0]}}]\n"), "radius"));
+    CHECK(contains(
+        errors(
+            whole +
+            "solids: [{name: a, disc: {centre: [0, 0], radius: 1}}, {name: a, disc: {centre: [0, 0], radius: 1}}]\n"),
+        "there twice"));
+}
+
 TEST_CASE("config: what cannot run is refused, with the key")
 {
     CHECK(contains(errors(whole + "step: 1e-3\n"), "Mach number"));

@@ -59,12 +59,15 @@ class PlainLattice
         std::ptrdiff_t tx = x + lbm::Lattice<2>::c[q][0], ty = y + lbm::Lattice<2>::c[q][1];
         double wall_x = 0, wall_y = 0;
         bool bounced = false;
-        if ((ty < 0 || ty >= ny_) && !periodic_y_) {
+        bool const over_x = (tx < 0 || tx >= nx_) && !periodic_x_, over_y = (ty < 0 || ty >= ny_) && !periodic_y_;
+        double const of_x = wall_[tx < 0 ? lbm::left : lbm::right], of_y = wall_[ty < 0 ? lbm::bottom<2> : lbm::top<2>];
+        bool const resting = over_x && over_y && (of_x == 0 || of_y == 0);  // that wall's
+        if (over_y && !resting) {
             bounced = true;
-            wall_x = wall_[ty < 0 ? lbm::bottom<2> : lbm::top<2>];
-        } else if ((tx < 0 || tx >= nx_) && !periodic_x_) {
+            wall_x = of_y;
+        } else if (over_x || over_y) {
             bounced = true;
-            wall_y = wall_[tx < 0 ? lbm::left : lbm::right];
+            wall_y = resting ? 0 : of_x;
         }
         if (bounced) {
             auto const back = lbm::Lattice<2>::opposite[q];

@@ -211,15 +211,18 @@ class PlainSpace
     void send(std::size_t q, Cell const& from, double f)
     {
         Cell to;
+        std::array<double, 3> const* wall = nullptr;  // one at rest, else the last
         for (std::size_t k = 3; k-- > 0;) {
             to[k] = from[k] + L::c[q][k];
             bool const beyond = to[k] < 0 || to[k] >= n_[k];
-            if (beyond && !config_.periodic(k)) {
-                std::size_t const back = L::opposite[q];
-                next_[at(back, from)] =
-                    f + 6 * L::weight[back] * lbm::dot(L::c[back], config_.walls[2 * k + (to[k] < 0 ? 0 : 1)].velocity);
-                return;
-            }
+            if (!beyond || config_.periodic(k)) continue;
+            auto const& velocity = config_.walls[2 * k + (to[k] < 0 ? 0 : 1)].velocity;
+            if (wall == nullptr || velocity == std::array<double, 3>{}) wall = &velocity;
+        }
+        if (wall != nullptr) {
+            std::size_t const back = L::opposite[q];
+            next_[at(back, from)] = f + 6 * L::weight[back] * lbm::dot(L::c[back], *wall);
+            return;
         }
         for (std::size_t k = 0; k < 3; ++k) to[k] = (to[k] + n_[k]) % n_[k];
         next_[at(q, to)] = f;

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <string>
 
+#include "participants/lbm/solid_weight.hpp"
 #include "tests/verification/lbm/lattice_case.hpp"
 
 using namespace lattice_case;
@@ -65,7 +66,11 @@ Cavity turn_in_cavity(double inner, double outer)
             wall[static_cast<std::size_t>(s.row * side + s.begin + k)] -= s.fraction[k];
     for (double& w : wall) w = w < 1e-12 ? 0 : w;
     lbm::Solver<2> solver(c);
-    solver.set_obstacle(wall);
+    solver.set_patches({{.first = {0, 0, 0},
+                         .size = {side, side, 1},
+                         .fraction = wall,
+                         .centre = {centre, centre},
+                         .drag = lbm::flat_drag}});
     Discs discs;
     discs.add(centre, centre, inner, 0, 0, spin);
     solver.set_bodies(discs.view());
