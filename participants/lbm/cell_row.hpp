@@ -16,6 +16,7 @@ struct Features
     bool force = false;
     bool grains = false;
     bool split = false;  //!< in space: the second moments have rates of their own, as with les
+    bool frame = false;  //!< force grows along the row, and turns with the velocity
     bool operator==(Features const&) const = default;
 };
 

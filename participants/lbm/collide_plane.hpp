@@ -30,9 +30,13 @@ void find_eddy_stress(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t en
                         *const f5 = f[5], *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
     double const* const fraction = s.fraction;
     double const tau = r.tau, term = r.smagorinsky_term, base = -0.25 * r.shear;
-    double const force_x = r.force[0], force_y = r.force[1];
 #pragma omp simd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
+        double force_x = F.force ? r.force[0] : 0.0, force_y = F.force ? r.force[1] : 0.0;
+        if constexpr (F.frame) {
+            force_x += r.slope[0] * static_cast<double>(x);
+            force_y += r.slope[1] * static_cast<double>(x);
+        }
         double const even1 = f1[x] + f3[x], even2 = f2[x] + f4[x], even5 = f5[x] + f7[x], even6 = f6[x] + f8[x];
         double const odd5 = f5[x] - f7[x], odd6 = f6[x] - f8[x];
         double const rho = 1.0 + (f0[x] + (even1 + even2) + (even5 + even6));
@@ -40,6 +44,11 @@ void find_eddy_stress(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t en
         if constexpr (F.force) {
             jx += 0.5 * force_x;
             jy += 0.5 * force_y;
+        }
+        if constexpr (F.frame) {
+            turn_in_plane(r.turn[2], jx, jy);
+            force_x += 2.0 * r.turn[2] * jy;
+            force_y -= 2.0 * r.turn[2] * jx;
         }
         if constexpr (F.grains) {
             double const weight = s.weight[x], covered = weight * fraction[x], rate = weight * rho;
@@ -96,10 +105,21 @@ void collide_block(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, 
         double jx = odd1 + diagonal_x, jy = odd2 + diagonal_y;
         double qx = madd(-2.0, odd1, diagonal_x), qy = madd(-2.0, odd2, diagonal_y);
 
-        double const force_x = F.force ? r.force[0] : 0.0, force_y = F.force ? r.force[1] : 0.0;
+        double force_x = F.force ? r.force[0] : 0.0, force_y = F.force ? r.force[1] : 0.0;
+        if constexpr (F.frame) {
+            force_x += r.slope[0] * static_cast<double>(x);
+            force_y += r.slope[1] * static_cast<double>(x);
+        }
         if constexpr (F.force) {
             jx += 0.5 * force_x;
             jy += 0.5 * force_y;
+        }
+        if constexpr (F.frame) {
+            turn_in_plane(r.turn[2], jx, jy);
+            force_x += 2.0 * r.turn[2] * jy;
+            force_y -= 2.0 * r.turn[2] * jx;
+        }
+        if constexpr (F.force) {
             qx -= 0.5 * force_x;
             qy -= 0.5 * force_y;
         }

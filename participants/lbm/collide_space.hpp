@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "participants/lbm/cell_row.hpp"
 
@@ -29,8 +30,10 @@ struct SolidCell
 //!
 //! Straight-line on purpose, and longer than the house rule: one basic block of independent operations.
 template <Features F, class V>
-[[gnu::always_inline]] inline void collide_cell(std::array<V, 19>& f, Relaxation const& r, SolidCell<V>& s) noexcept
+[[gnu::always_inline]] inline void collide_cell(std::array<V, 19>& f, Relaxation const& r, SolidCell<V>& s,
+                                                V const& place) noexcept
 {
+    using Force = std::conditional_t<F.frame, V, double>;  // the same everywhere, or each cell's own
     constexpr bool split = F.les || F.split;
     constexpr double axis = 1.0 / 18, diagonal = 1.0 / 36;
     auto& [f0, fx, gx, fy, gy, fz, gz, fxy, gxy, fyx, gyx, fxz, gxz, fzx, gzx, fyz, gyz, fzy, gzy] = f;
@@ -44,7 +47,12 @@ template <Features F, class V>
     auto const even_rate = stiff(split ? r.square : r.shear);
     auto flux_rate = stiff(r.flux);
     if constexpr (F.grains) flux_rate = loosened(r.flux, s.open);
-    double const Fx = F.force ? r.force[0] : 0.0, Fy = F.force ? r.force[1] : 0.0, Fz = F.force ? r.force[2] : 0.0;
+    Force Fx{}, Fy{}, Fz{};
+    if constexpr (F.frame)
+        Fx = r.force[0] + r.slope[0] * place, Fy = r.force[1] + r.slope[1] * place,
+        Fz = r.force[2] + r.slope[2] * place;
+    else if constexpr (F.force)
+        Fx = r.force[0], Fy = r.force[1], Fz = r.force[2];
 
     V const ex = fx + gx, ey = fy + gy, ez = fz + gz;
     V const exy = fxy + gxy, eyx = fyx + gyx, exz = fxz + gxz, ezx = fzx + gzx, eyz = fyz + gyz, ezy = fzy + gzy;
@@ -54,7 +62,13 @@ template <Features F, class V>
     V const rho = 1.0 + excess, inverse_rho = 1.0 / rho;
     V jx = ox + (oxy + oyx) + (oxz + ozx), jy = oy + (oxy - oyx) + (oyz + ozy), jz = oz + (oxz - ozx) + (oyz - ozy);
     if constexpr (F.force) jx = jx + 0.5 * Fx, jy = jy + 0.5 * Fy, jz = jz + 0.5 * Fz;
-    V Gx = all<V>(Fx), Gy = all<V>(Fy), Gz = all<V>(Fz);  // force on the fluid, the solids' included
+    if constexpr (F.frame) {
+        turn_with_half(r.turn, jx, jy, jz);
+        Fx = Fx - 2.0 * (r.turn[1] * jz - r.turn[2] * jy);
+        Fy = Fy - 2.0 * (r.turn[2] * jx - r.turn[0] * jz);
+        Fz = Fz - 2.0 * (r.turn[0] * jy - r.turn[1] * jx);
+    }
+    V Gx = V{} + Fx, Gy = V{} + Fy, Gz = V{} + Fz;  // force on the fluid, the solids' included
     if constexpr (F.grains) {
         V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
         s.force_rate = weight2 * rho;
@@ -70,11 +84,11 @@ template <Features F, class V>
     // even parts: sums of both populations, less equilibrium (f + S/2 - f_eq); S = w (9 c.u c.F - work)
     V const base = madd(-1.5, madd(jx, ux, madd(jy, uy, jz * uz)), excess);
     V const work = F.force ? 3.0 * (ux * Fx + uy * Fy + uz * Fz) : V{};
-    auto const source = [&](double weight, V cu, double cF) __attribute__((always_inline))
+    auto const source = [&](double weight, V cu, Force cF) __attribute__((always_inline))
     {
         return weight * ((9.0 * cF) * cu - work);
     };
-    auto const apart = [&](V even, double weight, V cj, V cu, double cF) __attribute__((always_inline))
+    auto const apart = [&](V even, double weight, V cj, V cu, Force cF) __attribute__((always_inline))
     {
         V const distance = madd(-2.0 * weight, madd(4.5 * cj, cu, base), even);
         if constexpr (F.force)
@@ -122,7 +136,7 @@ template <Features F, class V>
     if constexpr (split) f0 = madd(-1.0 / 3, bulk, f0);
     // odd parts: f + S/2 - f_eq; what both populations gain
     auto const collide_pair = [&](V & one, V & other, double weight, V apart_even, V stress, V difference, V cj, V cu,
-                                  double cF, V cG) __attribute__((always_inline))
+                                  Force cF, V cG) __attribute__((always_inline))
     {
         V a = even * apart_even;
         if constexpr (split) a = madd(weight, stress, a);
@@ -158,7 +172,9 @@ template <Features F, class V>
         s.open = load<V>(row.open + x);
         for (std::size_t k = 0; k < 3; ++k) s.momentum[k] = load<V>(row.momentum[k] + x);
     }
-    collide_cell<F, V>(f, r, s);
+    V place{};
+    if constexpr (F.frame) place = counted_from(place, static_cast<double>(x));
+    collide_cell<F, V>(f, r, s, place);
 #pragma GCC unroll 19
     for (std::size_t q = 0; q < 19; ++q) store(slots[q] + x, f[q]);
     if constexpr (F.grains) {

@@ -199,6 +199,13 @@ void find_geometry_issues(Config const& c, std::vector<Issue>& issues)
 void find_side_issues(Config const& c, std::vector<Issue>& issues)
 {
     bool inflow = false, outlet = false;
+    if (c.rotation)
+        for (std::size_t s = 0; s < 2 * c.axes(); ++s)
+            if (c.walls[s].kind == Border::inflow || c.walls[s].kind == Border::pressure)
+                issues.push_back({"walls",
+                                  format("%s is open in a frame that turns (must be a wall, free_slip or periodic).",
+                                         sluice::side_name(c.dimension, s)),
+                                  true});
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) {
         inflow = inflow || c.walls[s].kind == Border::inflow;
         outlet = outlet || c.walls[s].kind == Border::pressure;
@@ -287,12 +294,17 @@ std::vector<std::string> describe(Config const& c)
             format("grid Reynolds number  %.3g", grid_reynolds(c)),
             "sound speed           " + with_unit(sound_speed_lu * c.units().velocity_unit(), "m/s"),
             format("hydrodynamic radius   %g R", c.hydrodynamic_radius),
+            c.rotation ? format("frame                 turns at %g rad/s%s", c.rotation->rate,
+                                c.hydrostatic ? "" : "; its field as gravity's: not on the lattice")
+                       : "frame                 inertial",
             format("threads               %d", c.threads)};
 }
 
-Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravity)
+Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravity,
+                   std::optional<sluice::Rotation> const& rotation)
 {
     Config c;
+    c.rotation = rotation;
     c.dimension = dimension;
     std::vector<double> const zero(c.axes(), 0.0);
     sluice::Reader domain = r.child("domain");
@@ -312,7 +324,8 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     read_walls(r, c);
     read_solids(r, c);
     take(r.numbers_or("acceleration", zero, {.unit = "m/s2"}), c.acceleration);
-    if (r.flag_or("gravity", false))
+    c.hydrostatic = r.flag_or("gravity", false);
+    if (c.hydrostatic)
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
     c.threads = sluice::read_threads(r, "auto");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "coupler/scene/scene.hpp"
 #include "participants/lbm/lattice_units.hpp"
 
 namespace sluice {
@@ -92,7 +93,10 @@ struct Config
     std::array<Wall, 6> walls{};      //!< indexed by Side
     std::vector<Solid> solids{};
     std::array<double, 3> acceleration{};  //!< of the whole fluid [m/s2]: force density rho_0 a
-    double hydrodynamic_radius = 1;        //!< the fluid sees a disc of this factor times its radius
+    //! Of the frame: Coriolis' and Euler's acceleration act on the lattice, with `hydrostatic` the centrifugal one too.
+    std::optional<sluice::Rotation> rotation{};
+    bool hydrostatic = false;        //!< gravity acts on the lattice
+    double hydrodynamic_radius = 1;  //!< the fluid sees a disc of this factor times its radius
     int threads = 1;
 
     LatticeUnits units() const noexcept { return {cell, step, density, dimension}; }
@@ -120,7 +124,9 @@ std::vector<Issue> find_issues(Config const& config);
 std::vector<std::string> describe(Config const& config);
 
 //! Reads a participant's `config:` block (keys: README.md) of a scene in the plane or in space. `gravity` [m/s2] is the
-//! scene's; it enters the lattice if `gravity: true`. Every mistake becomes a problem of the reader.
-Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> gravity);
+//! scene's; it enters the lattice if `gravity: true`. `rotation`: that of the scene's frame. Every mistake becomes a
+//! problem of the reader.
+Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> gravity,
+                   std::optional<sluice::Rotation> const& rotation = std::nullopt);
 
 }  // namespace lbm

@@ -165,7 +165,9 @@ Config read(sluice::Participant& self)
     self.sends({"load"});
     self.takes({"kinematics"});
     auto reader = self.config();
-    return read_config(reader, self.scene().dimension, self.scene().gravity);
+    auto const* rotation = self.rotation();
+    return read_config(reader, self.scene().dimension, self.scene().gravity,
+                       rotation ? std::optional(*rotation) : std::nullopt);
 }
 
 template <int D>

@@ -81,7 +81,7 @@ class Coverage
     Coverage(Extent cells, std::array<bool, 3> periodic);
 
     void set_patches(std::vector<Patch<D>> patches);
-    std::size_t patches() const noexcept { return patches_.size(); }
+    Patch<D> const& patch(std::size_t i) const noexcept { return patches_[i]; }
     //! Returns how many bodies' fractions it computed anew.
     std::ptrdiff_t update(std::span<Body<D> const> bodies, sluice::Team& team);
 

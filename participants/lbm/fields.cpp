@@ -72,11 +72,14 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
                 solid[axis][x] += s.fraction[k] * velocity.at(axis, static_cast<int>(k));
         }
     }
+    Relaxation const relaxation = of_row(r);
     std::array<double const*, L::directions> f;
     for (std::size_t q = 0; q < f.size(); ++q) f[q] = populations_.row(q, r);
     for (std::size_t x = 0; x < n; ++x) {
         double excess = 0;
-        std::array<double, D> j{};
+        std::array<double, 3> j;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            j[axis] = 0.5 * (relaxation.force[axis] + relaxation.slope[axis] * static_cast<double>(x));
         for (std::size_t q = 0; q < f.size(); ++q) {
             excess += f[q][x];
             for (std::size_t axis = 0; axis < D; ++axis) j[axis] += L::c[q][axis] * f[q][x];
@@ -84,9 +87,9 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
         double const share = weight_per_fraction(row.fraction[x], drag[x], relaxation_.tau);
         double const fluid = 1 - share * row.fraction[x];
         row.excess[x] = excess;
+        if (turning_) turn_with_half(relaxation.turn, j[0], j[1], j[2]);
         for (std::size_t axis = 0; axis < D; ++axis)
-            row.velocity[axis][x] =
-                fluid * (j[axis] + 0.5 * relaxation_.force[axis]) / (1 + excess) + share * solid[axis][x];
+            row.velocity[axis][x] = fluid * j[axis] / (1 + excess) + share * solid[axis][x];
         row.fraction[x] = std::min(row.fraction[x], 1.0);
     }
 }

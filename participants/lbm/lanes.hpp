@@ -27,6 +27,17 @@ template <class V>
 {
     return V{} + x;
 }
+//! The numbers from the first one on, by ones.
+[[gnu::always_inline]] inline Lanes counted_from(Lanes, double first) noexcept
+{
+    Lanes all{};
+    for (std::size_t k = 0; k < lane_count; ++k) all[k] = first + static_cast<double>(k);
+    return all;
+}
+[[gnu::always_inline]] inline double counted_from(double, double first) noexcept
+{
+    return first;
+}
 template <class V>
 [[gnu::always_inline]] inline V load(double const* from) noexcept
 {

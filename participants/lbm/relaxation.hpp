@@ -14,8 +14,31 @@ struct Relaxation
     double shear;                 //!< s_nu = 1/tau
     double tau;                   //!< of the molecular viscosity
     double smagorinsky_term;      //!< 18 C_s^2: tau_eff = (tau + sqrt(tau^2 + 18 C_s^2 |(p_xx, 2 p_xy)|/rho))/2
-    std::array<double, 3> force;  //!< rho_0 a
+    std::array<double, 3> force;  //!< rho_0 a; in a frame that turns, of the cell x = 0 of a row
+    //! In a frame that turns: by how much `force` grows from cell to cell along x, and the angular velocity (1/step),
+    //! for the Coriolis force -2 w x j.
+    std::array<double, 3> slope{}, turn{};
 };
+
+//! j of a cell, which has half of the force but of Coriolis', gets that half as well: j + w x j = b.
+template <class V>
+[[gnu::always_inline]] inline void turn_with_half(std::array<double, 3> const& w, V& x, V& y, V& z) noexcept
+{
+    double const share = 1 / (1 + w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    V const along = w[0] * x + w[1] * y + w[2] * z;
+    V const a = share * (x + w[0] * along - (w[1] * z - w[2] * y)),
+            b = share * (y + w[1] * along - (w[2] * x - w[0] * z)),
+            c = share * (z + w[2] * along - (w[0] * y - w[1] * x));
+    x = a, y = b, z = c;
+}
+
+//! The same in the plane, about its normal.
+[[gnu::always_inline]] inline void turn_in_plane(double w, double& x, double& y) noexcept
+{
+    double const share = 1 / (1 + w * w), a = share * (x + w * y);
+    y = share * (y - w * x);
+    x = a;
+}
 
 inline Relaxation relaxation(Config const& c) noexcept
 {

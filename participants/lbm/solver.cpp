@@ -31,24 +31,27 @@ struct Kernels
     Kernel<D> fluid, covered;
 };
 
-template <int D, bool Les, bool Force, bool Split>
-constexpr Kernels<D> kernels = {{.les = Les, .force = Force, .split = Split},
-                                collide<Features{.les = Les, .force = Force, .split = Split}>,
-                                collide<Features{.les = Les, .force = Force, .grains = true, .split = Split}>};
+template <int D, bool Les, bool Force, bool Split, bool Frame = false>
+constexpr Kernels<D> kernels = {
+    {.les = Les, .force = Force, .split = Split, .frame = Frame},
+    collide<Features{.les = Les, .force = Force, .split = Split, .frame = Frame}>,
+    collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame}>};
 
 template <int D>
-constexpr std::array<Kernels<D>, 4> supported_in_all = {kernels<D, false, false, false>, kernels<D, false, true, false>,
-                                                        kernels<D, true, false, false>, kernels<D, true, true, false>};
-constexpr std::array<Kernels<3>, 2> supported_in_space = {kernels<3, false, false, true>,
-                                                          kernels<3, false, true, true>};
+constexpr std::array<Kernels<D>, 6> supported_in_all = {
+    kernels<D, false, false, false>, kernels<D, false, true, false>,       kernels<D, true, false, false>,
+    kernels<D, true, true, false>,   kernels<D, false, true, false, true>, kernels<D, true, true, false, true>};
+constexpr std::array<Kernels<3>, 3> supported_in_space = {kernels<3, false, false, true>, kernels<3, false, true, true>,
+                                                          kernels<3, false, true, true, true>};
 
 template <int D>
 Kernels<D> choose(Config const& c)
 {
     bool const les = c.smagorinsky > 0;
     Features const wanted{.les = les,
-                          .force = c.acceleration != std::array<double, 3>{},
-                          .split = D == 3 && c.collision == Operator::mrt && !les};
+                          .force = c.acceleration != std::array<double, 3>{} || c.rotation,
+                          .split = D == 3 && c.collision == Operator::mrt && !les,
+                          .frame = c.rotation.has_value()};
     for (auto const& k : supported_in_all<D>)
         if (k.features == wanted) return k;
     if constexpr (D == 3)
@@ -228,12 +231,66 @@ Solver<D>::Solver(Config const& config)
       covered_cells_(static_cast<std::size_t>(populations_.rows()))
 {
     set_patches(patches_of<D>(config_));
+    if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
+    find_frame();
+}
+
+//! For the step that comes.
+template <int D>
+void Solver<D>::find_frame()
+{
+    if (!turning_) return;
+    double const from = time(), to = from + config_.step;
+    turning_->field = turning_->frame.euler(from, to);
+    auto const centrifugal = turning_->frame.centrifugal(0.5 * (from + to));
+    if (config_.hydrostatic)
+        for (std::size_t k = 0; k < centrifugal.size(); ++k) turning_->field[k] += centrifugal[k];
+    // Guo's half force turns a velocity by 2 atan(w dt): with the tangent by twice the frame's angle, exactly
+    double const turn = config_.rotation->coriolis ? std::tan(turning_->frame.angle(from, to)) : 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        relaxation_.turn[k] = turn * turning_->frame.direction()[k];
+        turning_->rate[k] = relaxation_.turn[k] / config_.step;
+    }
+    for (std::size_t k = 0; k < D; ++k)
+        relaxation_.slope[k] = turning_->field[k * D] * config_.cell / config_.units().acceleration_unit();
+}
+
+//! With the force in the row's first cell.
+template <int D>
+Relaxation Solver<D>::of_row(std::ptrdiff_t r) const
+{
+    Relaxation row = relaxation_;
+    if (!turning_) return row;
+    constexpr std::array<double, D> rest{};
+    auto const a = acceleration_at(centre_of(0, r), rest.data());
+    for (std::size_t k = 0; k < D; ++k) row.force[k] = a[k] / config_.units().acceleration_unit();
+    return row;
+}
+
+//! What the scene's field and its frame do to fluid that moves [m/s2].
+template <int D>
+std::array<double, D> Solver<D>::acceleration_at(std::array<double, D> const& place, double const* velocity) const
+{
+    std::array<double, D> a;
+    std::copy_n(config_.acceleration.begin(), D, a.begin());
+    if (!turning_) return a;
+    std::array<double, 3> u{};
+    std::copy_n(velocity, D, u.begin());
+    auto const& w = turning_->rate;
+    std::array<double, 3> const cross{w[1] * u[2] - w[2] * u[1], w[2] * u[0] - w[0] * u[2], w[0] * u[1] - w[1] * u[0]};
+    for (std::size_t i = 0; i < D; ++i) {
+        a[i] -= 2 * cross[i];
+        for (std::size_t k = 0; k < D; ++k)
+            a[i] += turning_->field[i * D + k] * (place[k] - turning_->frame.point(static_cast<int>(k)));
+    }
+    return a;
 }
 
 template <int D>
 void Solver<D>::step()
 {
     sluice::Team::Awake const awake(team_);
+    find_frame();
     std::ptrdiff_t const rebuilt = coverage_.update(bodies_, team_);
     share_.rebuilt_bodies = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(bodies_.size()));
     strip_load_.resize(coverage_.strips().size());
@@ -259,7 +316,7 @@ void Solver<D>::collide_row(std::ptrdiff_t r)
     if (!complete_) enter_row(r);
     covered_cells_[static_cast<std::size_t>(r)] = 0;
     if (auto const strips = coverage_.row(r); !strips.empty()) return collide_covered_row(r, strips);
-    fluid_(populations_.row(r), 0, populations_.nx(), relaxation_, {});
+    fluid_(populations_.row(r), 0, populations_.nx(), of_row(r), {});
 }
 
 template <int D>
@@ -303,14 +360,15 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
         add_strip(s, StripVelocity<D>(s, bodies_), lag_of<D>(s, bodies_, relaxation_.tau), buffer);
     }
     Slots<D> const slots = populations_.row(r);
+    Relaxation const relaxation = of_row(r);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (!touched) return fluid_(slots, begin, end, relaxation_, {});
+        if (!touched) return fluid_(slots, begin, end, relaxation, {});
         covered_cells_[static_cast<std::size_t>(r)] += end - begin;
         find_weights<D>(begin, end, relaxation_.tau, buffer);
     });
     for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], bodies_, buffer);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (touched) covered_(slots, begin, end, relaxation_, buffer.view());
+        if (touched) covered_(slots, begin, end, relaxation, buffer.view());
     });
     add_strip_forces(strips, buffer.view());
 }

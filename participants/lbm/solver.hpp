@@ -5,6 +5,7 @@
 #include <span>
 
 #include "coupler/base/state.hpp"
+#include "participants/frame/rotating_frame.hpp"
 #include "participants/lbm/config.hpp"
 #include "participants/lbm/coverage.hpp"
 #include "participants/lbm/fields.hpp"
@@ -94,6 +95,9 @@ class Solver
     static constexpr std::size_t freedoms = D + spins<D>;
     using Motion = std::array<double, freedoms>;
 
+    void find_frame();
+    Relaxation of_row(std::ptrdiff_t r) const;
+    std::array<double, D> acceleration_at(std::array<double, D> const& place, double const* velocity) const;
     void enter_row(std::ptrdiff_t r);
     void collide_row(std::ptrdiff_t r);
     void collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t const> strips);
@@ -105,7 +109,10 @@ class Solver
     void check_bodies(BodiesView const& bodies) const;
     void resize_loads(std::size_t bodies);
     void complete();
+    std::array<double, D> place_of(std::array<double, D> at) const;
     std::array<double, D> centre_of(std::ptrdiff_t x, std::ptrdiff_t r) const;
+    std::array<double, 3> force_on(Relaxation const& row, std::ptrdiff_t x, double rho,
+                                   std::array<double, D> const& velocity) const;
     void read_row(std::ptrdiff_t r, RowState<D>& row) const;
     void watch();
     void report_blow_up();
@@ -126,6 +133,14 @@ class Solver
 
     Config config_;
     Relaxation relaxation_;
+    //! In a frame that turns, for the coming step: a = acceleration + field (x - point) - 2 w x u.
+    struct Turning
+    {
+        frame::RotatingFrame<D> frame;
+        frame::Matrix<D> field{};      //!< [1/s2]
+        std::array<double, 3> rate{};  //!< w [rad/s]; 0 without Coriolis' part
+    };
+    std::optional<Turning> turning_;
     Walls walls_;
     Kernel fluid_ = nullptr, covered_ = nullptr;
     sluice::Team team_;

@@ -37,6 +37,19 @@ std::string listed(std::span<double const> numbers)
 
 }  // namespace
 
+//! On a cell x of a row whose fluid has a velocity.
+template <int D>
+std::array<double, 3> Solver<D>::force_on(Relaxation const& row, std::ptrdiff_t x, double rho,
+                                          std::array<double, D> const& velocity) const
+{
+    std::array<double, 3> force = row.force, j{};
+    for (std::size_t k = 0; k < D; ++k) j[k] = rho * velocity[k];
+    auto const& w = row.turn;
+    std::array<double, 3> const cross{w[1] * j[2] - w[2] * j[1], w[2] * j[0] - w[0] * j[2], w[0] * j[1] - w[1] * j[0]};
+    for (std::size_t k = 0; k < 3; ++k) force[k] += row.slope[k] * static_cast<double>(x) - 2 * cross[k];
+    return force;
+}
+
 template <int D>
 void Solver<D>::check_bodies(BodiesView const& bodies) const
 {
@@ -124,7 +137,8 @@ void Solver<D>::find_loads()
         auto const load = [&](std::size_t k, double inertia) {
             return 0.5 * (now[i].exchange[k] + past.exchange[k]) + inertia * rate * (d.motion[k] - past.motion[k]);
         };
-        for (std::size_t k = 0; k < D; ++k) force_[D * i + k] = load(k, d.mass) - d.mass * config_.acceleration[k];
+        auto const a = acceleration_at(place_of(bodies_[i].centre), d.motion.data());
+        for (std::size_t k = 0; k < D; ++k) force_[D * i + k] = load(k, d.mass) - d.mass * a[k];
         for (std::size_t k = 0; k < spins<D>; ++k) torque_[spins<D> * i + k] = load(D + k, d.mass * d.gyration);
     }
     past_ = std::move(now);
@@ -140,8 +154,10 @@ void Solver<D>::find_solid_loads()
         Motion now = sum_strips(bodies_.size() + i);
         for (std::size_t k = 0; k < freedoms; ++k) now[k] *= k < D ? force_unit : torque_unit;
         Motion const& last = solid_exchange_[i];
+        constexpr std::array<double, D> rest{};
+        auto const a = acceleration_at(place_of(coverage_.patch(i).centre), rest.data());
         for (std::size_t k = 0; k < D; ++k)
-            solid_force_[D * i + k] = 0.5 * (now[k] + last[k]) - solid_displaced_[i] * config_.acceleration[k];
+            solid_force_[D * i + k] = 0.5 * (now[k] + last[k]) - solid_displaced_[i] * a[k];
         for (std::size_t k = 0; k < spins<D>; ++k) solid_torque_[spins<D> * i + k] = 0.5 * (now[D + k] + last[D + k]);
         solid_exchange_[i] = now;
     }
@@ -165,6 +181,14 @@ void Solver<D>::set_patches(std::vector<Patch<D>> patches)
     coverage_.set_patches(std::move(patches));
 }
 
+//! From lattice units [m].
+template <int D>
+std::array<double, D> Solver<D>::place_of(std::array<double, D> at) const
+{
+    for (std::size_t k = 0; k < D; ++k) at[k] = config_.origin[k] + at[k] * config_.cell;
+    return at;
+}
+
 //! Where the centre of a cell is [m].
 template <int D>
 std::array<double, D> Solver<D>::centre_of(std::ptrdiff_t x, std::ptrdiff_t r) const
@@ -183,11 +207,13 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
     LatticeUnits const unit = config_.units();
     for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
         Slots<D> const f = populations_.row(r);
+        Relaxation const relaxation = of_row(r);
         for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) {
             PointState<D> const s = state(centre_of(x, r));
             double const excess = unit.density_excess_lu(s.pressure), rho = 1 + excess;
             std::array<double, D> u = s.velocity;
             for (double& v : u) v /= unit.velocity_unit();
+            auto const force = force_on(relaxation, x, rho, u);
             for (std::size_t q = 0; q < L::directions; ++q) {
                 double stress = 0;
                 for (std::size_t a = 0; a < D; ++a)
@@ -195,7 +221,7 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
                         stress +=
                             (L::c[q][a] * L::c[q][b] - (a == b ? 1.0 / 3 : 0.0)) * s.gradient[a][b] * config_.step;
                 f[q][x] = equilibrium<D>(q, excess, u) -
-                          L::weight[q] * (3 * rho * relaxation_.tau * stress + 1.5 * dot(L::c[q], relaxation_.force));
+                          L::weight[q] * (3 * rho * relaxation_.tau * stress + 1.5 * dot(L::c[q], force));
             }
         }
         note_turned(populations_, r, walls_);

@@ -55,7 +55,7 @@ TEST_CASE("config: defaults, and the step from the lattice velocity")
     CHECK(c.hydrodynamic_radius == 0.85);
     CHECK(c.acceleration == std::array<double, 3>{0, 0, 0});
     CHECK(c.threads >= 1);
-    CHECK(lbm::describe(c).size() == 8);
+    CHECK(lbm::describe(c).size() == 9);
 }
 
 TEST_CASE("config: every key")
