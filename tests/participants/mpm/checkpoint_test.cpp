@@ -92,10 +92,16 @@ TEST_CASE("measures: the front is that of the main mass, height that at the back
         c.walls.resize(2);
         return c;
     }());
-    auto const r = mpm::run_out_of(solver.setup(), solver.state());
-    CHECK(r.front == close_to(0.1));
+    auto const r = mpm::run_out_of(solver.setup(), solver.state(), 0.005);
+    CHECK(r.front == close_to(0.1 + 0.02 * (0.5 - 0.005 / 0.1)));  // a mean over two cells
     CHECK(r.foremost == close_to(0.32));
     CHECK(r.height == close_to(0.1));
+    auto tongue = solver.state();  // one layer of points, half a cell deep, ahead of the rest
+    for (auto& p : tongue.points)
+        if (p.place[1] < 0.005 && p.place[0] > 0.05 && p.place[0] < 0.1) p.place[0] += 0.05;
+    CHECK(mpm::run_out_of(solver.setup(), tongue, 0.004).front == close_to(0.15 + 0.02 * (0.5 - 0.004 / 0.005)));
+    CHECK(mpm::run_out_of(solver.setup(), tongue, 0.006).front ==
+          close_to(0.1 + 0.02 * (0.5 - (0.006 - 0.005) / (0.095 - 0.005))));
     auto const centre = mpm::centre_of_mass(solver.state());
     CHECK(centre[0] == close_to((0.01 * 0.05 + 0.003 * 0.31) / 0.013));
     CHECK(centre[1] == close_to((0.01 * 0.05 + 0.003 * 0.075) / 0.013));
