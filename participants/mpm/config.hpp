@@ -60,7 +60,7 @@ struct Config
     std::optional<ColumnConfig> column;
     std::vector<Wall> walls;
     std::optional<GeostaticConfig> geostatic;
-    std::optional<double> front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of its height
+    std::optional<double> front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of the root of its area
     int threads = 1;
 };
 
