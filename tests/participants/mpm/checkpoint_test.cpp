@@ -2,10 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include <cstdint>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "coupler/base/error.hpp"
 #include "participants/mpm/measures.hpp"
@@ -80,10 +77,10 @@ TEST_CASE("checkpoint: one that lacks something, or does not fit, is refused and
     sluice::State fewer;
     mpm::keep(mpm::make_solver<2>(small), fewer);
     CHECK(refused(fewer).find("points/id") != std::string::npos);
+    auto disordered = solver.state();
+    disordered.order.assign(disordered.points.size(), 0);
     sluice::State twice;
-    mpm::keep(solver, twice);
-    std::vector<std::int64_t> const order(solver.state().points.size(), 0);
-    twice.put("points/order", std::span<std::int64_t const>(order));
+    mpm::keep(mpm::Solver<2>(solver.setup(), disordered), twice);
     CHECK(refused(twice).find("points/order") != std::string::npos);
     auto broken = solver;
     broken.points()[5].place[0] = 0.6;
