@@ -42,12 +42,21 @@ double kinetic_ratio(Solver<D> const& solver, Config const& config)
     return kinetic_energy(g) / (mass * norm(config.gravity) * config.sizes.moment(1));
 }
 
-//! Steps until the kinetic ratio has been below `enough` at `checks` checks in a row; at most until `limit` [s] more.
+//! How long a stage lasts.
+struct Patience
+{
+    double enough;  //!< the kinetic ratio that it must be below [-]
+    int checks;     //!< at so many checks in a row
+    double every;   //!< between checks [s]
+    double limit;   //!< the longest [s]
+};
+
 template <int D>
 double run_until(Solver<D>& solver, Config const& config, Progress const& progress, char const* stage, double dt,
-                 double drag, double enough, int checks, double limit)
+                 double drag, Patience const& until)
 {
-    double const end = solver.time() + limit, every = limit / 100.0;  // [s] between checks
+    auto const [enough, checks, every, limit] = until;
+    double const end = solver.time() + limit;
     double next = solver.time() + every, ratio = 1.0;
     for (int quiet = 0; quiet < checks && solver.time() < end;) {
         step_with_drag(solver, dt, drag);
@@ -151,20 +160,23 @@ Packing<D> pour_packing(Config const& config, Progress const& progress)
     Solver<D> solver(setup, start_of(dry, setup, progress));
     if (column.preparation == Preparation::poured) {
         solver.set_laws(soft_with(column.packing_friction, share));
-        run_until(solver, at_first, progress, "pouring", step / 20.0, 2.0 / fall, 1e-4, 3, 20.0 * fall);
+        run_until(solver, at_first, progress, "pouring", step / 20.0, 2.0 / fall, {1e-4, 3, 0.2 * fall, 20.0 * fall});
     }
     if (column.pouring_gravity > 0.0) {
         solver.set_laws(soft_with(c.friction, share));
         run_until(solver, at_first, progress, "resting under its first weight", step / 20.0, 1.0 / wave,
-                  0.01 * settled_kinetic_ratio, 2, 200.0 * wave);
+                  {0.01 * settled_kinetic_ratio, 2, 2.0 * wave, 200.0 * wave});
     }
+    // what the drag has let down slowly falls in earnest only now: as long as from the top to the floor
+    double const own_fall = fall * std::sqrt(share);
     double ratio = 1.0;
     for (int round = 0; round < longest_hold && ratio > settled_kinetic_ratio; ++round) {
         solver.set_laws(in_frame(soft_with(c.friction, 1.0)));
-        run_until(solver, dry, progress, "relaxing", step / 20.0, 1.0 / wave, 0.01 * settled_kinetic_ratio, 2,
-                  200.0 * wave);
+        run_until(solver, dry, progress, "relaxing", step / 20.0, 1.0 / wave,
+                  {0.01 * settled_kinetic_ratio, 2, 2.0 * wave, 60.0 * wave});
         solver.set_laws(in_frame(setup));
-        ratio = run_until(solver, dry, progress, "holding", step / 50.0, 0.0, settled_kinetic_ratio, 5, 40.0 * wave);
+        ratio = run_until(solver, dry, progress, "holding", step / 50.0, 0.0,
+                          {settled_kinetic_ratio, 5, 0.4 * wave, 40.0 * wave + 2.0 * own_fall});
     }
     if (ratio > settled_kinetic_ratio) say(progress, "NOT settled (needed: 1e-8)", solver.time(), ratio);
     return {solver.grains().place, records_of(solver.state()), ratio};

@@ -15,7 +15,7 @@
 namespace dem {
 namespace {
 
-constexpr std::uint64_t magic = 0x3330504d45444c53;  // "SLDEMP03"; raise it when pour_packing changes
+constexpr std::uint64_t magic = 0x3430504d45444c53;  // "SLDEMP04"; raise it when pour_packing changes
 
 //! The numbers of a packing, free of padding.
 template <int D>

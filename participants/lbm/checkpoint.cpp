@@ -73,6 +73,8 @@ void Solver<D>::keep(sluice::State& kept)
     put_ids(kept, "last/id", last_id_);
     put_rows<freedoms>(kept, "last/velocity", past_, [](Past const& p) { return p.motion; });
     put_rows<freedoms>(kept, "last/exchange", past_, [](Past const& p) { return p.exchange; });
+    if (!solid_exchange_.empty())
+        put_rows<freedoms>(kept, "solids/exchange", solid_exchange_, [](Motion const& m) { return m; });
     std::vector<double> cells;
     cells.reserve(static_cast<std::size_t>(populations_.cells()));
     for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
@@ -118,6 +120,13 @@ void Solver<D>::restore(sluice::State const& kept)
                 "from an older one.",
                 sluice::Exit::io);
         });
+    std::vector<Motion> solids;
+    if (!solid_exchange_.empty())
+        solids = take_rows<freedoms, Motion>(kept, "solids/exchange", solid_exchange_.size(), [](double const* v) {
+            Motion m;
+            std::copy_n(v, freedoms, m.begin());
+            return m;
+        });
     std::array<double const*, Lattice<D>::directions> from;
     for (std::size_t q = 0; q < from.size(); ++q) from[q] = kept.numbers(populations_name(q), cells).data();
 
@@ -127,10 +136,12 @@ void Solver<D>::restore(sluice::State const& kept)
     bodies_ = std::move(bodies);
     displaced_ = std::move(displaced);
     past_ = std::move(past);
+    solid_exchange_ = std::move(solids);
     resize_loads(id_.size());
     for (std::size_t q = 0; q < from.size(); ++q)
         for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r, from[q] += populations_.nx())
             std::copy(from[q], from[q] + populations_.nx(), populations_.row(q, r));
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) note_turned(populations_, r, walls_);
     coverage_.update(bodies_, team_);
     complete_ = true;
 }

@@ -41,6 +41,11 @@ void find_eddy_stress(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t en
             jx += 0.5 * force_x;
             jy += 0.5 * force_y;
         }
+        if constexpr (F.grains) {
+            double const weight = s.weight[x], covered = weight * fraction[x], rate = weight * rho;
+            jx = madd(rate, s.momentum[0][x], madd(-covered, jx, jx));
+            jy = madd(rate, s.momentum[1][x], madd(-covered, jy, jy));
+        }
         double normal = madd(rho, even1 - even2, madd(jy, jy, -jx * jx)), shear = madd(rho, even5 - even6, -jx * jy);
         if constexpr (F.force) {
             normal += jx * force_x - jy * force_y;
@@ -62,11 +67,10 @@ void find_eddy_stress(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t en
 //!
 //! In moment space (Lallemand and Luo): m' = m + S - s (m + S/2 - m_eq), S the moments of Guo's force (Phys. Rev. E 65
 //! (2002) 046308), so that the velocity holds half the force. Equilibrium: the second-order one.
-//! Solids (Noble and Torczynski, Int. J. Mod. Phys. C 9 (1998) 1189), superposition form:
-//!     f' = f + (1 - B) Omega + B (f_-q - f_q + f_eq,q(u_s) - f_eq,-q(u_s)):
-//! the even moments relax by (1 - B), the odd ones move toward those of u_s by 2 B. The body force acts on the whole
-//! cell: fluid at rest then stays at rest under a disc too, and Solver gives the disc what the force on its share
-//! takes. Covered cells have no large-eddy term: their stress is not that of a flow.
+//! Solids are such a force, -2 B (j - rho u_s), without Guo's even part, which is quadratic in u, and their cells are
+//! more viscous (`open`, solid_weight.hpp). The body force acts on the whole cell: fluid at rest then stays at rest
+//! under a disc too, and Solver gives the disc what the force on its share takes. Covered cells have no large-eddy
+//! term: their stress is not that of a flow.
 //!
 //! Straight-line on purpose, and longer than the house rule: the compiler vectorises it as one loop.
 template <Features F>
@@ -99,6 +103,22 @@ void collide_block(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, 
             qx -= 0.5 * force_x;
             qy -= 0.5 * force_y;
         }
+        double total_x = force_x, total_y = force_y;  // on the fluid, the solids' included
+        if constexpr (F.grains) {
+            double const weight2 = 2.0 * s.weight[x], solid2 = weight2 * s.fraction[x];  // 2 B/eps, 2 B
+            double const rate = weight2 * rho;
+            double const push_x = madd(rate, s.momentum[0][x], -solid2 * jx),
+                         push_y = madd(rate, s.momentum[1][x], -solid2 * jy);
+            s.force_rate[x] = rate;
+            s.force[0][x] = weight2 * jx;
+            s.force[1][x] = weight2 * jy;
+            jx += 0.5 * push_x;
+            jy += 0.5 * push_y;
+            qx -= 0.5 * push_x;
+            qy -= 0.5 * push_y;
+            total_x += push_x;
+            total_y += push_y;
+        }
         double inverse_rho;
         if constexpr (F.les)
             inverse_rho = eddy.inverse_density[x - begin];
@@ -127,34 +147,26 @@ void collide_block(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, 
             shear_change = shear_rate4 * (madd(-jx, uy, even5 - even6) + 0.5 * shear_work);
         }
         // changes of the moments, by the inverse's factors: e and eps/36, p/4, q/6
-        double flux_x = flux_rate6 * (qx + jx), flux_y = flux_rate6 * (qy + jy);
-        double energy_change = energy_rate36 * energy, square_change = square_rate36 * square;
-        double jx_change = force_x, jy_change = force_y;
+        double flux_rate = flux_rate6, energy_rate = energy_rate36, square_rate = square_rate36;
         if constexpr (F.grains) {
-            double const weight2 = 2.0 * s.weight[x];
-            double const solid2 = weight2 * s.fraction[x];  // 2 B
-            double const fluid = madd(-0.5, solid2, 1.0);
-            energy_change *= fluid;
-            square_change *= fluid;
-            normal_change *= fluid;
-            shear_change *= fluid;
-            double const rate = weight2 * rho;
-            double const solid_x = rate * s.momentum[0][x], solid_y = rate * s.momentum[1][x];
-            flux_x = madd(fluid, flux_x, (1.0 / 6) * madd(solid2, qx, solid_x));
-            flux_y = madd(fluid, flux_y, (1.0 / 6) * madd(solid2, qy, solid_y));
-            jx_change += madd(-solid2, jx, solid_x);
-            jy_change += madd(-solid2, jy, solid_y);
-            s.force_rate[x] = rate;
-            s.force[0][x] = weight2 * jx;
-            s.force[1][x] = weight2 * jy;
+            double const open = s.open[x], shear_share = stiffened(r.shear, open) / r.shear;
+            flux_rate = (1.0 / 6) * loosened(r.flux, open);
+            energy_rate = (-1.0 / 36) * stiffened(r.energy, open);
+            square_rate = (-1.0 / 36) * stiffened(r.square, open);
+            normal_change *= shear_share;
+            shear_change *= shear_share;
         }
+        double flux_x = flux_rate * (qx + jx), flux_y = flux_rate * (qy + jy);
+        double energy_change = energy_rate * energy, square_change = square_rate * square;
         if constexpr (F.force) {
             energy_change = madd(work, 1.0 / 36, energy_change);
             square_change = madd(work, -1.0 / 36, square_change);
             normal_change = madd(normal_work, 0.25, normal_change);
             shear_change = madd(shear_work, 0.25, shear_change);
-            flux_x = madd(force_x, 1.0 / 6, flux_x);
-            flux_y = madd(force_y, 1.0 / 6, flux_y);
+        }
+        if constexpr (F.force || F.grains) {
+            flux_x = madd(total_x, 1.0 / 6, flux_x);
+            flux_y = madd(total_y, 1.0 / 6, flux_y);
         }
 
         // back to populations
@@ -163,10 +175,10 @@ void collide_block(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, 
         double axis_x = flux_x, axis_y = flux_y;
         double corner_x = -0.5 * flux_x, corner_y = -0.5 * flux_y;
         if constexpr (F.force || F.grains) {
-            axis_x = madd(jx_change, 1.0 / 6, axis_x);
-            axis_y = madd(jy_change, 1.0 / 6, axis_y);
-            corner_x = madd(jx_change, 1.0 / 6, corner_x);
-            corner_y = madd(jy_change, 1.0 / 6, corner_y);
+            axis_x = madd(total_x, 1.0 / 6, axis_x);
+            axis_y = madd(total_y, 1.0 / 6, axis_y);
+            corner_x = madd(total_x, 1.0 / 6, corner_x);
+            corner_y = madd(total_y, 1.0 / 6, corner_y);
         }
         double const along1 = axis + normal_change, along2 = axis - normal_change;
         double const along5 = diagonal + shear_change, along6 = diagonal - shear_change;

@@ -10,7 +10,7 @@ namespace lbm {
 template <class V>
 struct SolidCell
 {
-    V fraction{}, weight{};
+    V fraction{}, weight{}, open{};
     std::array<V, 3> momentum{};
     V force_rate{};
     std::array<V, 3> force{};
@@ -23,8 +23,9 @@ struct SolidCell
 //! the stress has the rate of the viscosity, its trace that of the bulk viscosity, what is left of the even part (three
 //! moments of fourth order) a third one: MRT in moments that are orthogonal with the weights w_q, in which the stress
 //! is projected by w_q 9/2 (c c - I/3). All is f' = f + S - s (f + S/2 - f_eq), S Guo's force, as in the plane
-//! (collide_plane.hpp). Solids are such a force, -2 B (j - rho u_s), without Guo's even part, which is quadratic in u.
-//! Large eddies: tau_eff = (tau + sqrt(tau^2 + 18 sqrt(2) C_s^2 |P|/rho))/2, P the stress without its trace.
+//! (collide_plane.hpp). Solids are such a force, -2 B (j - rho u_s), without Guo's even part, which is quadratic in u,
+//! and their cells are more viscous (`open`, solid_weight.hpp). Large eddies: tau_eff = (tau + sqrt(tau^2 + 18 sqrt(2)
+//! C_s^2 |P|/rho))/2, P the stress without its trace.
 //!
 //! Straight-line on purpose, and longer than the house rule: one basic block of independent operations.
 template <Features F, class V>
@@ -33,7 +34,16 @@ template <Features F, class V>
     constexpr bool split = F.les || F.split;
     constexpr double axis = 1.0 / 18, diagonal = 1.0 / 36;
     auto& [f0, fx, gx, fy, gy, fz, gz, fxy, gxy, fyx, gyx, fxz, gxz, fzx, gzx, fyz, gyz, fzy, gzy] = f;
-    double const even_rate = split ? r.square : r.shear;
+    auto const stiff = [&](double rate) __attribute__((always_inline))
+    {
+        if constexpr (F.grains)
+            return stiffened(rate, s.open);
+        else
+            return rate;
+    };
+    auto const even_rate = stiff(split ? r.square : r.shear);
+    auto flux_rate = stiff(r.flux);
+    if constexpr (F.grains) flux_rate = loosened(r.flux, s.open);
     double const Fx = F.force ? r.force[0] : 0.0, Fy = F.force ? r.force[1] : 0.0, Fz = F.force ? r.force[2] : 0.0;
 
     V const ex = fx + gx, ey = fy + gy, ez = fz + gz;
@@ -90,7 +100,7 @@ template <Features F, class V>
         V const xy = nxy - nyx, xz = nxz - nzx, yz = nyz - nzy;
         V const trace = xx + yy + zz, mean = trace * (1.0 / 3);
         V const dx = xx - mean, dy = yy - mean, dz = zz - mean;
-        V shear_rate = all<V>(r.shear);
+        V shear_rate = V{} + stiff(r.shear);
         if constexpr (F.les) {
             V const size = madd(dx, dx, madd(dy, dy, dz * dz)) + 2.0 * madd(xy, xy, madd(xz, xz, yz * yz));
             V const eddy =
@@ -103,10 +113,10 @@ template <Features F, class V>
         V const more = 4.5 * (even_rate - shear_rate);
         along_x = more * dx, along_y = more * dy, along_z = more * dz;
         shear_xy = 2.0 * more * xy, shear_xz = 2.0 * more * xz, shear_yz = 2.0 * more * yz;
-        bulk = (1.5 * (even_rate - r.energy)) * trace;
+        bulk = (1.5 * (even_rate - stiff(r.energy))) * trace;
     }
 
-    double const even = -0.5 * even_rate;
+    auto const even = -0.5 * even_rate;
     f0 = madd(2.0 * even, n0, f0);
     if constexpr (F.force) f0 = madd(-1.0 / 3, work, f0);
     if constexpr (split) f0 = madd(-1.0 / 3, bulk, f0);
@@ -117,8 +127,8 @@ template <Features F, class V>
         V a = even * apart_even;
         if constexpr (split) a = madd(weight, stress, a);
         if constexpr (F.force) a = a + source(weight, cu, cF);
-        V b = -r.flux * madd(-3.0 * weight, cj, 0.5 * difference);
-        if constexpr (F.force || F.grains) b = madd(3.0 * weight * (1.0 - 0.5 * r.flux), cG, b);
+        V b = -flux_rate * madd(-3.0 * weight, cj, 0.5 * difference);
+        if constexpr (F.force || F.grains) b = madd(3.0 * weight * (1.0 - 0.5 * flux_rate), cG, b);
         one = one + (a + b);
         other = other + (a - b);
     };
@@ -145,6 +155,7 @@ template <Features F, class V>
     if constexpr (F.grains) {
         s.fraction = load<V>(row.fraction + x);
         s.weight = load<V>(row.weight + x);
+        s.open = load<V>(row.open + x);
         for (std::size_t k = 0; k < 3; ++k) s.momentum[k] = load<V>(row.momentum[k] + x);
     }
     collide_cell<F, V>(f, r, s);

@@ -38,23 +38,52 @@ double grid_reynolds(Config const& c)
 }
 
 //! `velocity`: in the plane along the side, +x or +y; in space a vector along it.
-Wall read_wall(sluice::Reader& walls, Side side, int dimension)
+void read_moving(sluice::Reader& side, std::size_t axis, int dimension, Wall& wall)
 {
-    char const* const name = sluice::side_name(dimension, side);
-    auto const axis = static_cast<std::size_t>(side) / 2;
-    if (!walls.has(name) || walls.is_scalar(name))
-        return {.periodic = walls.choice_or(name, 0, {"no_slip", "periodic"}) == 1, .velocity = {}};
-    Wall wall;
-    sluice::Reader moving = walls.child(name);
     if (dimension == 2) {
-        wall.velocity[1 - axis] = moving.number("velocity", {.unit = "m/s"});
-    } else if (auto const v = moving.numbers("velocity", 3, {.unit = "m/s"}); v.size() == 3) {
+        wall.velocity[1 - axis] = side.number("velocity", {.unit = "m/s"});
+    } else if (auto const v = side.numbers("velocity", 3, {.unit = "m/s"}); v.size() == 3) {
         std::copy(v.begin(), v.end(), wall.velocity.begin());
         if (v[axis] != 0.0)
-            moving.problem("velocity",
-                           format("%g m/s across the wall (must be 0: walls move along themselves).", v[axis]));
+            side.problem("velocity",
+                         format("%g m/s across the wall (must be 0: walls move along themselves).", v[axis]));
     }
-    moving.finish();
+}
+
+//! `inflow`: across the side, into the domain, or a vector.
+void read_inflow(sluice::Reader& side, Side which, int dimension, Wall& wall)
+{
+    std::size_t const axis = which / 2;
+    wall.kind = Border::inflow;
+    if (side.is_list("inflow")) {
+        auto const v = side.numbers("inflow", static_cast<std::size_t>(dimension), {.unit = "m/s"});
+        std::copy(v.begin(), v.end(), wall.velocity.begin());
+    } else {
+        wall.velocity[axis] = (which % 2 == 0 ? 1 : -1) * side.number("inflow", {.unit = "m/s"});
+    }
+    wall.parabola = side.choice_or("profile", 0, {"uniform", "parabola"}) == 1;
+    wall.ramp = side.number_or("ramp", 0.0, {.min = 0.0, .unit = "s"});
+}
+
+Wall read_wall(sluice::Reader& walls, Side which, int dimension)
+{
+    char const* const name = sluice::side_name(dimension, which);
+    Wall wall;
+    if (!walls.has(name) || walls.is_scalar(name)) {
+        constexpr Border kinds[] = {Border::wall, Border::periodic, Border::slip};
+        wall.kind = kinds[walls.choice_or(name, 0, {"no_slip", "periodic", "free_slip"})];
+        return wall;
+    }
+    sluice::Reader side = walls.child(name);
+    if (side.has("inflow")) {
+        read_inflow(side, which, dimension, wall);
+    } else if (side.has("pressure")) {
+        wall.kind = Border::pressure;
+        wall.pressure = side.number("pressure", {.unit = "Pa"});
+    } else {
+        read_moving(side, which / 2, dimension, wall);
+    }
+    side.finish();
     return wall;
 }
 
@@ -64,6 +93,53 @@ void read_walls(sluice::Reader& reader, Config& c)
     if (!walls) return;
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) c.walls[s] = read_wall(*walls, static_cast<Side>(s), c.dimension);
     walls->finish();
+}
+
+Solid read_solid(sluice::Reader& reader, std::size_t index, int dimension)
+{
+    auto const axes = static_cast<std::size_t>(dimension);
+    Solid solid;
+    solid.name = reader.word_or("name", "solid_" + std::to_string(index));
+    auto const vector = [&](sluice::Reader& r, char const* key) {
+        std::array<double, 3> v{};
+        auto const numbers = r.numbers(key, axes, {.unit = "m"});
+        std::copy(numbers.begin(), numbers.end(), v.begin());
+        return v;
+    };
+    char const* const round = dimension == 2 ? "disc" : "sphere";
+    if (auto box = reader.child_if("box")) {
+        solid.shape = Solid::Shape::box;
+        auto const low = vector(*box, "low"), high = vector(*box, "high");
+        for (std::size_t k = 0; k < axes; ++k) {
+            solid.centre[k] = 0.5 * (low[k] + high[k]);
+            solid.size[k] = high[k] - low[k];
+            if (!(solid.size[k] > 0)) box->problem("high", "is not above low (must be, along each axis).");
+        }
+        box->finish();
+    } else if (auto cylinder = dimension == 3 ? reader.child_if("cylinder") : std::nullopt) {
+        solid.shape = Solid::Shape::cylinder;
+        solid.centre = vector(*cylinder, "point");
+        solid.axis = cylinder->choice("axis", {"x", "y", "z"});
+        solid.radius = cylinder->number("radius", {.above = 0.0, .unit = "m"});
+        cylinder->finish();
+    } else {
+        sluice::Reader ball = reader.child(round);
+        solid.centre = vector(ball, "centre");
+        solid.radius = ball.number("radius", {.above = 0.0, .unit = "m"});
+        ball.finish();
+    }
+    reader.finish();
+    return solid;
+}
+
+void read_solids(sluice::Reader& reader, Config& c)
+{
+    for (sluice::Reader& solid : reader.list("solids")) {
+        c.solids.push_back(read_solid(solid, c.solids.size(), c.dimension));
+        for (std::size_t k = 0; k + 1 < c.solids.size(); ++k)
+            if (c.solids[k].name == c.solids.back().name)
+                solid.problem("name", c.solids[k].name + " is there twice (names of solids must differ).");
+    }
 }
 
 void read_collision(sluice::Reader& r, Config& c)
@@ -118,12 +194,25 @@ void find_geometry_issues(Config const& c, std::vector<Issue>& issues)
                 {"cell", format("%g m makes %.3g cells in %s (at most 1e6).", c.cell, cells, axis[k]), true});
         }
     }
-    for (std::size_t s = 0; s < 2 * c.axes(); s += 2)
-        if (c.walls[s].periodic != c.walls[s + 1].periodic)
-            issues.push_back({"walls",
-                              format("%s and %s differ (periodic must be both or neither).",
-                                     sluice::side_name(c.dimension, s), sluice::side_name(c.dimension, s + 1)),
-                              true});
+}
+
+void find_side_issues(Config const& c, std::vector<Issue>& issues)
+{
+    bool inflow = false, outlet = false;
+    for (std::size_t s = 0; s < 2 * c.axes(); ++s) {
+        inflow = inflow || c.walls[s].kind == Border::inflow;
+        outlet = outlet || c.walls[s].kind == Border::pressure;
+        if (s % 2 == 1 || (c.walls[s].kind == Border::periodic) == (c.walls[s + 1].kind == Border::periodic)) continue;
+        issues.push_back({"walls",
+                          format("%s and %s differ (periodic must be both or neither).",
+                                 sluice::side_name(c.dimension, s), sluice::side_name(c.dimension, s + 1)),
+                          true});
+    }
+    if (inflow && !outlet)
+        issues.push_back({"walls",
+                          "an inflow, and nowhere to go (needs a side with a pressure). Write e.g. right: {pressure: "
+                          "0}.",
+                          true});
 }
 
 void find_flow_issues(Config const& c, std::vector<Issue>& issues)
@@ -143,7 +232,8 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
              format("%g s makes tau = %.4g (above 2 only slow flow is accurate). Take a shorter step.", c.step, tau),
              false});
     double fastest = c.max_velocity;
-    for (auto const& [periodic, v] : c.walls) fastest = std::max(fastest, std::hypot(v[0], v[1], v[2]));
+    for (Wall const& wall : c.walls)
+        fastest = std::max(fastest, std::hypot(wall.velocity[0], wall.velocity[1], wall.velocity[2]));
     double const number = fastest / c.units().velocity_unit() / sound_speed_lu;
     if (number > mach_refused)
         issues.push_back({"step",
@@ -176,6 +266,7 @@ std::vector<Issue> find_issues(Config const& c)
                  true}};
     std::vector<Issue> issues;
     find_geometry_issues(c, issues);
+    find_side_issues(c, issues);
     find_flow_issues(c, issues);
     if (c.threads < 1) issues.push_back({"threads", format("%d (must be at least 1).", c.threads), true});
     return issues;
@@ -219,6 +310,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     read_step(r, c);
     read_collision(r, c);
     read_walls(r, c);
+    read_solids(r, c);
     take(r.numbers_or("acceleration", zero, {.unit = "m/s2"}), c.acceleration);
     if (r.flag_or("gravity", false))
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];

@@ -19,11 +19,24 @@ enum class Operator
     trt,
     bgk
 };
-//! One side of the domain: half-way bounce-back (no-slip), moving along itself if velocity != 0, or periodic.
+//! What is beyond a side.
+enum class Border
+{
+    wall,  //!< half-way bounce-back (no-slip), moving along itself if velocity != 0
+    periodic,
+    slip,     //!< a wall without friction
+    inflow,   //!< its velocity is given
+    pressure  //!< its pressure is given; flow may go either way
+};
+
+//! One side of the domain.
 struct Wall
 {
-    bool periodic = false;
-    std::array<double, 3> velocity{};  //!< [m/s]; none across the side
+    Border kind = Border::wall;
+    std::array<double, 3> velocity{};  //!< [m/s]; of a wall none across; of an inflow the largest
+    bool parabola = false;             //!< of an inflow: falls to 0 at walls beside it, else it is uniform
+    double ramp = 0;                   //!< an inflow grows from 0 within this time [s]
+    double pressure = 0;               //!< p - p_0 [Pa]
 };
 
 //! The sides: lower and upper one along x, y and z.
@@ -42,6 +55,23 @@ inline constexpr Side bottom = D == 2 ? lower_y : lower_z;
 template <int D>
 inline constexpr Side top = D == 2 ? upper_y : upper_z;
 
+//! A solid at rest in the fluid. [m]
+struct Solid
+{
+    enum class Shape
+    {
+        ball,     //!< a disc or a sphere
+        box,      //!< along the axes
+        cylinder  //!< in space, along an axis, through the whole domain
+    };
+    std::string name;
+    Shape shape = Shape::ball;
+    std::array<double, 3> centre{};  //!< of a box its middle; torques are about it
+    double radius = 0;
+    std::array<double, 3> size{};  //!< of a box
+    std::size_t axis = 0;          //!< of a cylinder
+};
+
 //! Everything the solver needs, in SI; made by read_config() or by hand, constant afterwards.
 struct Config
 {
@@ -55,11 +85,12 @@ struct Config
     double max_velocity = 0;         //!< the fastest expected [m/s]; for the Mach number alone
     Operator collision = Operator::mrt;
     double magic = 3.0 / 16;  //!< (tau - 1/2)(tau_q - 1/2) of MRT and TRT: 3/16 puts a flat wall exactly half-way
-    std::optional<double> flux_rate;       //!< s_q of MRT, instead of `magic`
-    double energy_rate = 1.2;              //!< s_e of MRT; the bulk viscosity is (1/s_e - 1/2)/3
-    double square_rate = 1.2;              //!< s_eps of MRT
-    double smagorinsky = 0;                //!< C_s, filter width dx; 0: no large-eddy model
-    std::array<Wall, 6> walls{};           //!< indexed by Side
+    std::optional<double> flux_rate;  //!< s_q of MRT, instead of `magic`
+    double energy_rate = 1.2;         //!< s_e of MRT; the bulk viscosity is (1/s_e - 1/2)/3
+    double square_rate = 1.2;         //!< s_eps of MRT
+    double smagorinsky = 0;           //!< C_s, filter width dx; 0: no large-eddy model
+    std::array<Wall, 6> walls{};      //!< indexed by Side
+    std::vector<Solid> solids{};
     std::array<double, 3> acceleration{};  //!< of the whole fluid [m/s2]: force density rho_0 a
     double hydrodynamic_radius = 1;        //!< the fluid sees a disc of this factor times its radius
     int threads = 1;
@@ -68,6 +99,11 @@ struct Config
     double relaxation_time() const noexcept { return units().relaxation_time(viscosity); }
     std::array<std::ptrdiff_t, 3> cells() const noexcept;  //!< along x, y, z; one along z in the plane
     std::size_t axes() const noexcept { return static_cast<std::size_t>(dimension); }
+    bool periodic(std::size_t axis) const noexcept { return walls[2 * axis].kind == Border::periodic; }
+    void set_periodic(std::size_t axis, bool is = true) noexcept
+    {
+        walls[2 * axis].kind = walls[2 * axis + 1].kind = is ? Border::periodic : Border::wall;
+    }
 };
 
 //! What is wrong with a configuration, or near a limit.

@@ -1,5 +1,6 @@
 #include "participants/lbm/coupling.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -34,7 +35,7 @@ class Recorder
                        {"origin", std::vector<double>(lattice_.origin.begin(), lattice_.origin.begin() + D)},
                        {"spacing", std::vector<double>(lattice_.spacing.begin(), lattice_.spacing.begin() + D)}},
                    resumed_at),
-          table_(self.directory() / (self.name() + ".csv"), columns(), resumed_at)
+          table_(self.directory() / (self.name() + ".csv"), columns(config), resumed_at)
     {
         if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
     }
@@ -63,11 +64,13 @@ class Recorder
     }
 
     //! `impulse`: what the fluid gave to all grains in the last window [N s].
-    void row(double time, Solver<D>& solver, std::array<double, D> const& impulse)
+    //! `solids`: mean force on each solid at rest in that window [N].
+    void row(double time, Solver<D>& solver, std::array<double, D> const& impulse, std::vector<double> const& solids)
     {
         std::vector<double> values{time, solver.max_speed(), solver.mass()};
         for (double const component : solver.momentum()) values.push_back(component);
         values.insert(values.end(), impulse.begin(), impulse.end());
+        values.insert(values.end(), solids.begin(), solids.end());
         table_.append(values);
     }
 
@@ -82,12 +85,14 @@ class Recorder
         auto const blocks = [&](std::ptrdiff_t n) { return static_cast<std::size_t>((n + coarsen - 1) / coarsen); };
         return {config.origin, {spacing, spacing, spacing}, {blocks(nx), blocks(ny), D == 2 ? 0 : blocks(nz)}};
     }
-    static std::vector<std::string> columns()
+    static std::vector<std::string> columns(Config const& config)
     {
         std::string const per = D == 2 ? "/m]" : "]";
         std::vector<std::string> names{"time [s]", "max_speed [m/s]", "mass [kg" + per};
         for (std::string const what : {"momentum_", "window_impulse_"})
             for (std::size_t k = 0; k < D; ++k) names.push_back(what + "xyz"[k] + " [N s" + per);
+        for (Solid const& solid : config.solids)
+            for (std::size_t k = 0; k < D; ++k) names.push_back(solid.name + "_force_" + "xyz"[k] + " [N" + per);
         return names;
     }
 
@@ -188,6 +193,7 @@ void run(sluice::Participant& self, Config const& config)
     });
 
     MeanLoad<D> load;
+    std::vector<double> on_solids(D * config.solids.size());  // mean force of a window
     auto tell = [&] {
         for (auto const& to : receivers) self.write(to, load.view());
     };
@@ -207,16 +213,19 @@ void run(sluice::Participant& self, Config const& config)
             }
             if (k == 0 && window.index == 0 && window.iteration == 0) {
                 recorder->picture(0.0, solver);
-                recorder->row(0.0, solver, {});
+                recorder->row(0.0, solver, {}, on_solids);
             }
             solver.step();
+            if (k == 0) std::fill(on_solids.begin(), on_solids.end(), 0.0);
+            for (std::size_t i = 0; i < on_solids.size(); ++i)
+                on_solids[i] += solver.solid_loads().force[i] / static_cast<double>(steps);
             load.add(solver.loads(), 1.0 / static_cast<double>(steps));
             shares.add(solver.share());
         }
         tell();
         if (iterates && !self.accepted(window)) continue;
         if (window.output) recorder->picture(window.end, solver);
-        if (window.series) recorder->row(window.end, solver, load.impulse(window.length));
+        if (window.series) recorder->row(window.end, solver, load.impulse(window.length), on_solids);
     }
     self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel",
                  1 - shares.covered_cells / shares.steps);

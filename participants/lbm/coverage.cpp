@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/sphere_volume.hpp"
 
 namespace lbm {
@@ -29,17 +30,20 @@ std::size_t row_length(double radius)
 template <int D>
 Coverage<D>::Coverage(Extent cells, std::array<bool, 3> periodic)
     : cells_(cells), periodic_(periodic), row_start_(static_cast<std::size_t>(cells[1] * cells[2]) + 1)
-{
-    first_ = {0};
-    count_ = {0};
-    room_ = {0};
-}
+{}
 
 template <int D>
-void Coverage<D>::set_obstacle(std::vector<double> fraction)
+void Coverage<D>::set_patches(std::vector<Patch<D>> patches)
 {
-    obstacle_ = std::move(fraction);
-    obstacle_.resize(obstacle_.size() + strip_lanes - 1);
+    patches_ = std::move(patches);
+    for (Patch<D>& patch : patches_) {
+        auto const length = static_cast<std::size_t>(patch.size[0]), stride = length + strip_lanes - 1;
+        auto const rows = static_cast<std::size_t>(patch.size[1] * patch.size[2]);
+        std::vector<double> padded(rows * stride, 0.0);
+        for (std::size_t r = 0; r < rows; ++r)
+            std::copy_n(patch.fraction.data() + r * length, length, padded.data() + r * stride);
+        patch.fraction = std::move(padded);
+    }
     shape_.clear();
     lay_out({});
     sort_by_row();
@@ -53,15 +57,13 @@ std::span<std::uint32_t const> Coverage<D>::row(std::ptrdiff_t r) const noexcept
     return {by_row_.data() + begin, end - begin};
 }
 
-//! Gives every body its place in fraction_ and strips_; the obstacle comes last.
+//! Gives every body its place in fraction_ and strips_; patches come last.
 template <int D>
 void Coverage<D>::lay_out(std::span<Body<D> const> bodies)
 {
     std::size_t const n = bodies.size();
     box_start_.resize(n);
-    first_.assign(n + 1, 0);
-    count_.assign(n + 1, 0);
-    room_.assign(n + 1, 0);
+    for (auto* v : {&first_, &count_, &room_}) v->assign(n + patches_.size(), 0);
     std::size_t cells = 0, strips = 0;
     for (std::size_t i = 0; i < n; ++i) {
         std::size_t const side = box_side(bodies[i].radius), rows = D == 2 ? side : side * side;
@@ -72,17 +74,40 @@ void Coverage<D>::lay_out(std::span<Body<D> const> bodies)
         cells += rows * row_length(bodies[i].radius);
         strips += room_[i];
     }
-    first_[n] = strips;
-    room_[n] = obstacle_.empty() ? 0 : row_start_.size() - 1;
     fraction_.resize(cells);
-    strips_.resize(strips + room_[n]);
-    for (std::size_t r = 0; r < room_[n]; ++r) {
-        double const* const line = obstacle_.data() + r * static_cast<std::size_t>(cells_[0]);
-        double const* const end = line + cells_[0];
-        double const* const begin = std::find_if(line, end, [](double f) { return f > 0; });
-        if (begin == end) continue;
-        strips_[first_[n] + count_[n]++] = {
-            static_cast<std::ptrdiff_t>(n), static_cast<std::ptrdiff_t>(r), begin - line, end - begin, begin, {}};
+    for (std::size_t p = 0; p < patches_.size(); ++p) {
+        first_[n + p] = strips;
+        room_[n + p] = static_cast<std::size_t>(patches_[p].size[1] * patches_[p].size[2]);
+        strips += room_[n + p];
+    }
+    strips_.resize(strips);
+    for (std::size_t p = 0; p < patches_.size(); ++p) lay_out_patch(n + p, patches_[p]);
+}
+
+//! One strip for each row, from its first cell with solid to its last.
+template <int D>
+void Coverage<D>::lay_out_patch(std::size_t index, Patch<D> const& patch)
+{
+    std::ptrdiff_t const stride = patch.size[0] + strip_lanes - 1;
+    for (std::ptrdiff_t row = 0; row < patch.size[1] * patch.size[2]; ++row) {
+        Extent const at{0, patch.first[1] + row % patch.size[1], patch.first[2] + row / patch.size[1]};
+        if (at[1] < 0 || at[1] >= cells_[1] || at[2] < 0 || at[2] >= cells_[2]) continue;
+        std::ptrdiff_t begin = std::max<std::ptrdiff_t>(0, -patch.first[0]),
+                       end = std::min(patch.size[0], cells_[0] - patch.first[0]);
+        double const* const fraction = patch.fraction.data() + row * stride;
+        while (begin < end && fraction[begin] == 0) ++begin;
+        while (begin < end && fraction[end - 1] == 0) --end;
+        if (begin >= end) continue;
+        std::array<double, D> arm;
+        Extent const cell{patch.first[0] + begin, at[1], at[2]};
+        for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(cell[k]) + 0.5 - patch.centre[k];
+        strips_[first_[index] + count_[index]++] = {static_cast<std::ptrdiff_t>(index),
+                                                    at[2] * cells_[1] + at[1],
+                                                    cell[0],
+                                                    end - begin,
+                                                    fraction + begin,
+                                                    arm,
+                                                    patch.drag};
     }
 }
 
@@ -147,9 +172,9 @@ void Coverage<D>::cover(std::size_t i, Body<D> const& body)
             inside = inside && at[k] >= 0 && at[k] < cells_[k];
         }
         if (!inside) continue;
-        count_[i] +=
-            add_strips(first_[i] + count_[i], {static_cast<std::ptrdiff_t>(i), at[2] * cells_[1] + at[1], at[0],
-                                               end - begin, fraction.data() + row * stride + begin, arm});
+        count_[i] += add_strips(first_[i] + count_[i],
+                                {static_cast<std::ptrdiff_t>(i), at[2] * cells_[1] + at[1], at[0], end - begin,
+                                 fraction.data() + row * stride + begin, arm, drag_of_curvature<D>(1 / body.radius)});
     }
 }
 

@@ -28,12 +28,24 @@ constexpr std::ptrdiff_t strip_lanes = 4;  //!< cells that loops over a strip ta
 template <int D>
 struct Strip
 {
-    std::ptrdiff_t body;   //!< index of the body; obstacle: the number of bodies
+    std::ptrdiff_t body;   //!< index of the body; after the bodies come the patches
     std::ptrdiff_t row;    //!< of the lattice
     std::ptrdiff_t begin;  //!< first cell
     std::ptrdiff_t count;
     double const* fraction;     //!< solid fraction of each cell [-]
     std::array<double, D> arm;  //!< from the body's centre to the centre of the first cell
+    double drag;                //!< K of its surface, solid_weight.hpp
+};
+
+//! A solid at rest that is no body: its fractions of the cells of a box, lattice units. What lies outside the lattice
+//! is cut off.
+template <int D>
+struct Patch
+{
+    Extent first{}, size{};          //!< lowest cell, and cells along x, y, z
+    std::vector<double> fraction{};  //!< shape [z][y][x]
+    std::array<double, D> centre{};  //!< torques are about it
+    double drag = 0;                 //!< K of its surface, solid_weight.hpp
 };
 
 //! Velocity of a body at the centres of a strip's cells: from the first on it grows by `slope` with each.
@@ -43,7 +55,7 @@ struct StripVelocity
     std::array<double, D> first{}, slope{};
     StripVelocity(Strip<D> const& s, std::span<Body<D> const> bodies)
     {
-        if (s.body >= static_cast<std::ptrdiff_t>(bodies.size())) return;  // the obstacle rests
+        if (s.body >= static_cast<std::ptrdiff_t>(bodies.size())) return;  // patches rest
         Body<D> const& b = bodies[static_cast<std::size_t>(s.body)];
         first = b.velocity;
         if constexpr (D == 2) {
@@ -68,15 +80,15 @@ class Coverage
  public:
     Coverage(Extent cells, std::array<bool, 3> periodic);
 
-    //! Solids at rest that are no bodies: solid fraction of every cell, shape [z][y][x].
-    void set_obstacle(std::vector<double> fraction);
+    void set_patches(std::vector<Patch<D>> patches);
+    std::size_t patches() const noexcept { return patches_.size(); }
     //! Returns how many bodies' fractions it computed anew.
     std::ptrdiff_t update(std::span<Body<D> const> bodies, sluice::Team& team);
 
     //! Indices into strips() of the strips in a row, by body.
     std::span<std::uint32_t const> row(std::ptrdiff_t r) const noexcept;
     std::span<Strip<D> const> strips() const noexcept { return strips_; }
-    //! Begin and end in strips() of body i's strips, from the lowest row up.
+    //! Begin and end in strips() of body i's strips, from the lowest row up; after the bodies come the patches.
     std::array<std::size_t, 2> of_body(std::size_t i) const noexcept { return {first_[i], first_[i] + count_[i]}; }
 
  private:
@@ -88,6 +100,7 @@ class Coverage
     };
 
     void lay_out(std::span<Body<D> const> bodies);
+    void lay_out_patch(std::size_t index, Patch<D> const& patch);
     void cover(std::size_t i, Body<D> const& body);
     std::size_t add_strips(std::size_t at, Strip<D> strip);
     void sort_by_row();
@@ -97,7 +110,8 @@ class Coverage
     std::vector<Shape> shape_;                       //!< of the bodies at the last update
     std::vector<std::size_t> box_start_;             //!< in fraction_, for each body
     std::vector<std::size_t> first_, count_, room_;  //!< of each body's strips
-    std::vector<double> fraction_, obstacle_;
+    std::vector<double> fraction_;
+    std::vector<Patch<D>> patches_;  //!< rows of size[0] + strip_lanes - 1 fractions, the last of them 0
     std::vector<Strip<D>> strips_;
     std::vector<std::uint32_t> by_row_, row_start_;
 };

@@ -57,6 +57,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
     using L = Lattice<D>;
     auto const n = static_cast<std::size_t>(populations_.nx());
     std::array<std::vector<double>, D> solid;
+    std::vector<double> drag(n, 0.0);
     for (auto* v : {&row.excess, &row.fraction}) v->assign(n, 0.0);
     for (auto& v : row.velocity) v.assign(n, 0.0);
     for (auto& v : solid) v.assign(n, 0.0);
@@ -66,6 +67,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
         for (std::ptrdiff_t k = 0; k < s.count; ++k) {
             auto const x = static_cast<std::size_t>(s.begin + k);
             row.fraction[x] += s.fraction[k];
+            drag[x] += s.fraction[k] * s.drag;
             for (std::size_t axis = 0; axis < D; ++axis)
                 solid[axis][x] += s.fraction[k] * velocity.at(axis, static_cast<int>(k));
         }
@@ -79,7 +81,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
             excess += f[q][x];
             for (std::size_t axis = 0; axis < D; ++axis) j[axis] += L::c[q][axis] * f[q][x];
         }
-        double const share = weight_per_fraction<D>(row.fraction[x], relaxation_.tau);
+        double const share = weight_per_fraction(row.fraction[x], drag[x], relaxation_.tau);
         double const fluid = 1 - share * row.fraction[x];
         row.excess[x] = excess;
         for (std::size_t axis = 0; axis < D; ++axis)
@@ -94,7 +96,7 @@ Fields Solver<D>::fields(int coarsen)
 {
     complete();
     coverage_.update(bodies_, team_);
-    Cells<D> c{.n = {populations_.nx(), populations_.ny(), populations_.nz()}, .periodic = walls_.periodic};
+    Cells<D> c{.n = {populations_.nx(), populations_.ny(), populations_.nz()}, .periodic = walls_.periodic()};
     RowState<D> row;
     auto const append = [](std::vector<double>& to, std::vector<double> const& more) {
         to.insert(to.end(), more.begin(), more.end());

@@ -2,12 +2,21 @@
 
 #include <algorithm>
 
+#include "participants/lbm/coverage.hpp"
+
 namespace lbm {
 
-//! Largest weight of the solid's collision. With 1 the populations inside a disc are thrown back for ever: after a jump
-//! of the disc's velocity by dU the force would swing by 2 m_f dU at every step, undamped. With 0.95 the swing falls to
-//! a half in 7 steps, and drag changes by less than 0.4 % (README: Decision, weight).
-inline constexpr double full_weight = 0.95;
+//! Solids in the lattice. A cell of which they cover eps is fluid that is 1/(1 - eps) times as viscous (1/s - 1/2 of
+//! the even moments so much larger, of the odd ones smaller), and is pushed toward their velocity by -2 B (j - rho
+//! u_s). Why: of a wall along the lattice that covers eps of a cell, the rest conducts momentum over 1 - eps of a cell:
+//! with that viscosity alone a shear flow beside it is exact (two resistances, one after the other), and where eps = 1,
+//! with B = 1, the collision is bounce-back. All this goes with the viscosity, so that a slow steady flow does not
+//! depend on tau with a fixed magic number; what is left of it comes from B < 1 and open > 0.
+
+//! Largest B. With 1 the populations inside a disc are thrown back for ever: after a jump of the disc's velocity by dU
+//! the force would swing by 2 m_f dU at every step, undamped. With 0.98 the swing falls to a half in 17 steps.
+inline constexpr double full_weight = 0.98;
+inline constexpr double least_open = 0.05;  //!< even moments in full cells must not stay for ever
 
 //! B in cells deeper than `skin` cells below a disc's surface, where no population comes from outside: what is inside
 //! takes the disc's velocity in one step (2 B = 1), so that its inertia can be given back in the same step.
@@ -16,19 +25,54 @@ inline constexpr double core_weight = 0.5;
 template <int D>
 inline constexpr double skin = D == 2 ? 2.13 : 2.18;
 
-//! Drag of a partly covered cell in space over that of its fluid share: B/(1 - B) = solid_drag (tau - 1/2) eps/(1 -
-//! eps). From one array of spheres (c = 0.216, d = 12 cells); README, Decisions, has the others.
-inline constexpr double solid_drag = 2.5;
-
-//! B/eps [-]: the weight of the solid's collision for each unit of fraction in a cell that bodies cover by
-//! `fraction` in all. In the plane B = eps (tau - 1/2)/((1 - eps) + (tau - 1/2)), Noble and Torczynski, Int. J. Mod.
-//! Phys. C 9 (1998) 1189; at most full_weight. Where bodies overlap (fraction > 1) they share the cell.
+//! K in B/(1 - B) = K (tau - 1/2) eps/(1 - eps): a drag beside the viscosity, for surfaces along which stress is not
+//! constant over a cell. It goes with their curvature: K = curvature_drag/R + flat_drag, R in cells. From arrays of
+//! discs (K R = 2.8 to 3.6 for c = 0.05 to 0.2, d = 6 to 40 cells; more in narrow gaps) and of spheres (4.0 to 5.0 for
+//! c = 0.064 to 0.216, d = 7 to 20); README, Decisions.
 template <int D>
-double weight_per_fraction(double fraction, double tau) noexcept
+inline constexpr double curvature_drag = D == 2 ? 3.6 : 4.5;
+//! K of flat walls. The gradient of pressure acts on a whole cell, not on its open part; in a channel of H cells a drag
+//! of 2/(3 H) takes that out in the mean over eps: H = 22.
+inline constexpr double flat_drag = 0.03;
+
+//! R for |u_s| = nu. From the drag of a disc that moves at Re = 5 and 30, d = 4 to 12 cells: with it the drag is the
+//! same to 0.5 %, without up to 7 % more.
+inline constexpr double moving_lag = 0.1;
+
+//! K of a disc or a sphere of curvature 1/R [1/cells].
+template <int D>
+double drag_of_curvature(double curvature) noexcept
 {
-    double const t = tau - 0.5, open = std::max(0.0, 1.0 - fraction);
-    double const inverse = D == 2 ? open / t + 1.0 : open / (solid_drag * t) + fraction;  // eps/B
-    return 1.0 / std::max(inverse, fraction * (1.0 / full_weight));
+    return curvature_drag<D> * curvature + flat_drag;
+}
+
+//! R of a strip's solid, for open_share(); 0 where it rests.
+template <int D>
+double lag_of(Strip<D> const& strip, std::span<Body<D> const> bodies, double tau) noexcept
+{
+    if (strip.body >= static_cast<std::ptrdiff_t>(bodies.size())) return 0;
+    double square = 0;
+    for (double const v : bodies[static_cast<std::size_t>(strip.body)].velocity) square += v * v;
+    double const viscosity = (tau - 0.5) / 3;
+    return moving_lag * square / (viscosity * viscosity);
+}
+
+//! B/eps [-] of a cell that solids cover by `fraction` in all; `drag` is the sum of K eps. B is at most full_weight.
+//! Where bodies overlap (fraction > 1) they share the cell.
+inline double weight_per_fraction(double fraction, double drag, double tau) noexcept
+{
+    double const t = tau - 0.5, open = std::max(0.0, 1.0 - fraction), push = t * drag;
+    double const share = std::min(push / std::max(open + push, 1e-300), full_weight);
+    return share / std::max(fraction, 1e-300);
+}
+
+//! How much of a cell counts as open [-]: (1 - eps + R)/(1 + R), R = moving_lag (|u_s|/nu)^2. A solid that moves covers
+//! a cell in part for some 1/|u_s| steps; if momentum takes longer through the cell, 1/nu, the two resistances are
+//! never steady, and the stiff cell drags more than the surface would. `lag` is the mean of R over the solids in the
+//! cell.
+inline double open_share(double fraction, double lag) noexcept
+{
+    return (std::max(1.0 - fraction, least_open) + lag) / (1.0 + lag);
 }
 
 }  // namespace lbm

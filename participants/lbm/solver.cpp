@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "coupler/base/error.hpp"
 #include "participants/lbm/collide_plane.hpp"
 #include "participants/lbm/collide_space.hpp"
 #include "participants/lbm/solid_weight.hpp"
+#include "participants/lbm/solids.hpp"
 
 namespace lbm {
 namespace {
@@ -65,14 +67,41 @@ Config checked(Config const& config)
     return config;
 }
 
-Walls walls_lu(Config const& c)
+//! 4 s (1 - s) at every half cell, 0 at both edges of the domain.
+std::vector<double> parabola(std::ptrdiff_t cells)
+{
+    std::vector<double> values;
+    for (std::ptrdiff_t half = 0; half <= 2 * cells; ++half) {
+        double const s = static_cast<double>(half) / static_cast<double>(2 * cells);
+        values.push_back(4 * s * (1 - s));
+    }
+    return values;
+}
+
+template <int D>
+Boundary boundary_lu(Config const& c, std::size_t s)
+{
+    Wall const& wall = c.walls[s];
+    auto const cells = c.cells();
+    Boundary side{.kind = wall.kind, .ramp = wall.ramp / c.step};
+    for (std::size_t k = 0; k < 3; ++k) side.velocity[k] = wall.velocity[k] / c.units().velocity_unit();
+    for (std::size_t k = 0; k < c.axes(); ++k)
+        if (wall.parabola && k != s / 2 && !c.periodic(k)) side.profile[k] = parabola(cells[k]);
+    if (wall.kind == Border::pressure) {
+        side.density_excess = c.units().density_excess_lu(wall.pressure);
+        side.turned.resize(Lattice<D>::directions *
+                           static_cast<std::size_t>(cells[0] * cells[1] * cells[2] / cells[s / 2]));
+    }
+    return side;
+}
+
+template <int D>
+Walls walls_lu(Config const& c, Relaxation const& relaxation)
 {
     Walls walls{};
-    for (std::size_t s = 0; s < 2 * c.axes(); ++s) {
-        walls.periodic[s / 2] = c.walls[s].periodic;
-        for (std::size_t k = 0; k < 3; ++k)
-            walls.velocity[s / 2][s % 2][k] = c.walls[s].velocity[k] / c.units().velocity_unit();
-    }
+    for (std::size_t s = 0; s < 2 * c.axes(); ++s) walls.side[s / 2][s % 2] = boundary_lu<D>(c, s);
+    walls.even_rate = relaxation.shear;
+    for (std::size_t k = 0; k < 3; ++k) walls.half_force[k] = 0.5 * relaxation.force[k];
     return walls;
 }
 
@@ -80,7 +109,7 @@ Walls walls_lu(Config const& c)
 //! that take what a strip cut off there has left, and exchange nothing.
 struct RowBuffer
 {
-    std::vector<double> fraction, weight, force_rate;
+    std::vector<double> fraction, drag, lag, weight, open, force_rate;
     std::array<std::vector<double>, 3> momentum, force;
     std::vector<char> touched;  //!< for each block
 
@@ -88,18 +117,16 @@ struct RowBuffer
     {
         auto const n = static_cast<std::size_t>(nx + strip_lanes);
         if (fraction.size() == n) return;
-        for (auto* v : {&fraction, &weight, &force_rate}) v->assign(n, 0.0);
+        for (auto* v : {&fraction, &drag, &lag, &weight, &open, &force_rate}) v->assign(n, 0.0);
         for (auto* vectors : {&momentum, &force})
             for (auto& v : *vectors) v.assign(n, 0.0);
         touched.resize(n / block + 1);
     }
     SolidRow view()
     {
-        return {fraction.data(),
-                weight.data(),
-                {momentum[0].data(), momentum[1].data(), momentum[2].data()},
-                force_rate.data(),
-                {force[0].data(), force[1].data(), force[2].data()}};
+        return {fraction.data(),   weight.data(),
+                open.data(),       {momentum[0].data(), momentum[1].data(), momentum[2].data()},
+                force_rate.data(), {force[0].data(), force[1].data(), force[2].data()}};
     }
 };
 
@@ -108,10 +135,13 @@ thread_local RowBuffer buffer;
 template <int D>
 void find_weights(std::ptrdiff_t begin, std::ptrdiff_t end, double tau, RowBuffer& row)
 {
-    double const* const fraction = row.fraction.data();
-    double* const weight = row.weight.data();
+    double const *const fraction = row.fraction.data(), *const drag = row.drag.data(), *const lag = row.lag.data();
+    double *const weight = row.weight.data(), *const open = row.open.data();
 #pragma omp simd
-    for (std::ptrdiff_t x = begin; x < end; ++x) weight[x] = weight_per_fraction<D>(fraction[x], tau);
+    for (std::ptrdiff_t x = begin; x < end; ++x) {
+        weight[x] = weight_per_fraction(fraction[x], drag[x], tau);
+        open[x] = open_share(fraction[x], lag[x] / std::max(fraction[x], 1e-300));
+    }
 }
 
 //! Deep inside a body, where all neighbours are covered as well, the fluid takes the body's velocity in one step.
@@ -126,11 +156,14 @@ void set_core_weight(Strip<D> const& strip, std::span<Body<D> const> bodies, Row
     double const half = std::sqrt(square);
     auto const first = static_cast<std::ptrdiff_t>(std::ceil(-half - strip.arm[0]));
     auto const last = static_cast<std::ptrdiff_t>(std::floor(half - strip.arm[0]));
-    double* const weight = row.weight.data() + strip.begin;
+    double *const weight = row.weight.data() + strip.begin, *const open = row.open.data() + strip.begin;
     double const* const fraction = row.fraction.data() + strip.begin;
     std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(first, 0), end = std::min(last + 1, strip.count);
 #pragma omp simd
-    for (std::ptrdiff_t k = begin; k < end; ++k) weight[k] = core_weight / fraction[k];
+    for (std::ptrdiff_t k = begin; k < end; ++k) {
+        weight[k] = core_weight / fraction[k];
+        open[k] = 1;
+    }
 }
 
 //! Strips of a row belong to different discs, each with a place of its own in memory.
@@ -154,20 +187,30 @@ int whole_lanes(Strip<D> const& strip)
 }
 
 template <int D>
-void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, RowBuffer& row)
+void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, double lag, RowBuffer& row)
 {
     int const count = whole_lanes(strip);
-    double* const fraction = row.fraction.data() + strip.begin;
+    double *const fraction = row.fraction.data() + strip.begin, *const drag = row.drag.data() + strip.begin,
+                  *const lags = row.lag.data() + strip.begin;
     double *const x = row.momentum[0].data() + strip.begin, *const y = row.momentum[1].data() + strip.begin,
                   *const z = row.momentum[2].data() + strip.begin;
+    double const held = strip.drag;
 #pragma omp simd
     for (int k = 0; k < count; ++k) {  // int: the machine turns four of them into doubles at once
         double const f = strip.fraction[k];
         fraction[k] += f;
+        drag[k] += f * held;
+        lags[k] += f * lag;
         x[k] += f * v.first[0];
         y[k] += f * v.at(1, k);
         if constexpr (D == 3) z[k] += f * v.at(2, k);
     }
+}
+
+//! Share of an inflow that is there at a time, smooth at both ends.
+double grown(double time, double ramp)
+{
+    return time < ramp ? 0.5 * (1 - std::cos(std::numbers::pi * time / ramp)) : 1.0;
 }
 
 }  // namespace
@@ -176,14 +219,16 @@ template <int D>
 Solver<D>::Solver(Config const& config)
     : config_(checked(config)),
       relaxation_(relaxation(config_)),
-      walls_(walls_lu(config_)),
+      walls_(walls_lu<D>(config_, relaxation_)),
       fluid_(choose<D>(config_).fluid),
       covered_(choose<D>(config_).covered),
       team_(config_.threads),
       populations_(config_.cells(), team_),
-      coverage_(config_.cells(), walls_.periodic),
+      coverage_(config_.cells(), walls_.periodic()),
       covered_cells_(static_cast<std::size_t>(populations_.rows()))
-{}
+{
+    set_patches(patches_of<D>(config_));
+}
 
 template <int D>
 void Solver<D>::step()
@@ -192,6 +237,8 @@ void Solver<D>::step()
     std::ptrdiff_t const rebuilt = coverage_.update(bodies_, team_);
     share_.rebuilt_bodies = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(bodies_.size()));
     strip_load_.resize(coverage_.strips().size());
+    for (auto& pair : walls_.side)
+        for (Boundary& side : pair) side.share = grown(static_cast<double>(steps_) + 0.5, side.ramp);
     team_.share(populations_.rows(), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (std::ptrdiff_t r = begin; r < end; ++r) collide_row(r);
     });
@@ -209,10 +256,17 @@ void Solver<D>::step()
 template <int D>
 void Solver<D>::collide_row(std::ptrdiff_t r)
 {
-    if (!complete_) enter_from_outside(populations_, r, walls_);
+    if (!complete_) enter_row(r);
     covered_cells_[static_cast<std::size_t>(r)] = 0;
     if (auto const strips = coverage_.row(r); !strips.empty()) return collide_covered_row(r, strips);
     fluid_(populations_.row(r), 0, populations_.nx(), relaxation_, {});
+}
+
+template <int D>
+void Solver<D>::enter_row(std::ptrdiff_t r)
+{
+    enter_from_outside(populations_, r, walls_);
+    note_turned(populations_, r, walls_);
 }
 
 //! Cuts the row into runs of blocks with and without solids.
@@ -239,13 +293,14 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
     };
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
         if (!touched) return;
-        std::fill(buffer.fraction.begin() + begin, buffer.fraction.begin() + end, 0.0);
+        for (auto* v : {&buffer.fraction, &buffer.drag, &buffer.lag})
+            std::fill(v->begin() + begin, v->begin() + end, 0.0);
         for (std::size_t k = 0; k < D; ++k)
             std::fill(buffer.momentum[k].begin() + begin, buffer.momentum[k].begin() + end, 0.0);
     });
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];
-        add_strip(s, StripVelocity<D>(s, bodies_), buffer);
+        add_strip(s, StripVelocity<D>(s, bodies_), lag_of<D>(s, bodies_, relaxation_.tau), buffer);
     }
     Slots<D> const slots = populations_.row(r);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
@@ -297,6 +352,16 @@ void Solver<D>::add_strip_forces(std::span<std::uint32_t const> strips, SolidRow
     }
 }
 
+template <int D>
+typename Solver<D>::Motion Solver<D>::sum_strips(std::size_t index) const
+{
+    Motion sum{};
+    auto const [begin, end] = coverage_.of_body(index);
+    for (std::size_t k = begin; k < end; ++k)
+        for (std::size_t f = 0; f < freedoms; ++f) sum[f] += strip_load_[k][f];
+    return sum;
+}
+
 //! Sums each body's strips in their order, whatever the number of threads. Returns whether all loads are finite.
 template <int D>
 bool Solver<D>::sum_loads()
@@ -305,15 +370,13 @@ bool Solver<D>::sum_loads()
     double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
     bool finite = true;
     for (std::size_t i = 0; i < n; ++i) {
-        Motion sum{};
-        auto const [begin, end] = coverage_.of_body(i);
-        for (std::size_t k = begin; k < end; ++k)
-            for (std::size_t f = 0; f < freedoms; ++f) sum[f] += strip_load_[k][f];
+        Motion const sum = sum_strips(i);
         for (std::size_t f = 0; f < D; ++f) exchange_[D * i + f] = sum[f] * force_unit;
         for (std::size_t f = 0; f < spins<D>; ++f) exchange_torque_[spins<D> * i + f] = sum[D + f] * torque_unit;
         finite = finite && std::isfinite(std::accumulate(sum.begin(), sum.end(), 0.0));
     }
     find_loads();
+    find_solid_loads();
     std::ptrdiff_t const covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
     share_.covered_cells = static_cast<double>(covered) / static_cast<double>(populations_.cells());
     return finite;

@@ -64,7 +64,7 @@ class Solver
     Config const& config() const noexcept { return config_; }
 
     void set_bodies(BodiesView const& bodies);        //!< where they are at the start of the next step
-    void set_obstacle(std::vector<double> fraction);  //!< solid at rest: fraction of every cell, shape [z][y][x]
+    void set_patches(std::vector<Patch<D>> patches);  //!< solids at rest, instead of those of the configuration
     void set_state(std::function<PointState<D>(std::array<double, D> const& at)> const& state);
     void step();  //!< one time_step(); throws Error (exit 6) if the run blew up
     LoadsView loads() const noexcept { return {force_, torque_}; }  //!< of the last step
@@ -73,6 +73,8 @@ class Solver
         return {exchange_, exchange_torque_};
     }  //!< the momentum the lattice lost, per step
 
+    LoadsView solid_loads() const noexcept { return {solid_force_, solid_torque_}; }  //!< on solids at rest
+
     Fields fields(int coarsen = 1);
     double max_speed();                //!< [m/s]
     double mass();                     //!< sum of rho dx^D, solids' fluid included [kg]; in the plane per metre
@@ -80,9 +82,9 @@ class Solver
     Share share() const noexcept { return share_; }
     std::size_t bytes() const noexcept { return populations_.bytes(); }
 
-    //! Puts in all that a run needs to go on: `steps`; of the bodies `bodies/id`, `bodies/place` (Body, lattice units),
-    //! `bodies/displaced`; of the bodies of the last step `last/id`, `last/velocity` [m/s, 1/s], `last/exchange` [N, N
-    //! m]; `populations/0` and so on, shape [z][y][x].
+    //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest; of the bodies
+    //! `bodies/id`, `bodies/place` (Body, lattice units), `bodies/displaced`; of the bodies of the last step `last/id`,
+    //! `last/velocity` [m/s, 1/s], `last/exchange` [N, N m]; `populations/0` and so on, shape [z][y][x].
     void keep(sluice::State& kept);
     //! Of a solver with the same configuration. Throws Error (exit 7) for a state of another lattice.
     void restore(sluice::State const& kept);
@@ -92,10 +94,13 @@ class Solver
     static constexpr std::size_t freedoms = D + spins<D>;
     using Motion = std::array<double, freedoms>;
 
+    void enter_row(std::ptrdiff_t r);
     void collide_row(std::ptrdiff_t r);
     void collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t const> strips);
     void add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid);
     bool sum_loads();
+    Motion sum_strips(std::size_t index) const;
+    void find_solid_loads();
     void find_loads();
     void check_bodies(BodiesView const& bodies) const;
     void resize_loads(std::size_t bodies);
@@ -132,6 +137,9 @@ class Solver
     std::vector<Past> past_;          //!< of the bodies last_id_
     std::vector<Motion> strip_load_;  //!< force and torque [lattice units]
     std::vector<double> force_, torque_, exchange_, exchange_torque_;
+    std::vector<Motion> solid_exchange_;   //!< of the last step with the patches [N, N m]
+    std::vector<double> solid_displaced_;  //!< mass of fluid in a patch's place [kg]
+    std::vector<double> solid_force_, solid_torque_;
     std::vector<std::ptrdiff_t> covered_cells_;  //!< for each row
     Share share_{};
     std::int64_t steps_ = 0;

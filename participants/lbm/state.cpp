@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <numeric>
 #include <unordered_map>
 
 #include "coupler/base/error.hpp"
@@ -130,14 +131,38 @@ void Solver<D>::find_loads()
     if (!same) last_id_ = id_;
 }
 
+//! The same for solids at rest.
 template <int D>
-void Solver<D>::set_obstacle(std::vector<double> fraction)
+void Solver<D>::find_solid_loads()
 {
-    auto const cells = static_cast<std::size_t>(populations_.cells());
-    require(fraction.size() == cells, [&] {
-        return Error(format("fluid: the obstacle has %zu cells (the lattice has %zu).", fraction.size(), cells));
-    });
-    coverage_.set_obstacle(std::move(fraction));
+    double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
+    for (std::size_t i = 0; i < solid_exchange_.size(); ++i) {
+        Motion now = sum_strips(bodies_.size() + i);
+        for (std::size_t k = 0; k < freedoms; ++k) now[k] *= k < D ? force_unit : torque_unit;
+        Motion const& last = solid_exchange_[i];
+        for (std::size_t k = 0; k < D; ++k)
+            solid_force_[D * i + k] = 0.5 * (now[k] + last[k]) - solid_displaced_[i] * config_.acceleration[k];
+        for (std::size_t k = 0; k < spins<D>; ++k) solid_torque_[spins<D> * i + k] = 0.5 * (now[D + k] + last[D + k]);
+        solid_exchange_[i] = now;
+    }
+}
+
+template <int D>
+void Solver<D>::set_patches(std::vector<Patch<D>> patches)
+{
+    solid_displaced_.clear();
+    for (Patch<D> const& patch : patches) {
+        auto const cells = static_cast<std::size_t>(patch.size[0] * patch.size[1] * patch.size[2]);
+        require(patch.fraction.size() == cells, [&] {
+            return Error(format("fluid: a patch of %zu cells has %zu fractions.", cells, patch.fraction.size()));
+        });
+        double const volume = std::accumulate(patch.fraction.begin(), patch.fraction.end(), 0.0);
+        solid_displaced_.push_back(volume * config_.units().mass_unit());
+    }
+    solid_exchange_.assign(patches.size(), Motion{});
+    solid_force_.assign(D * patches.size(), 0.0);
+    solid_torque_.assign(spins<D> * patches.size(), 0.0);
+    coverage_.set_patches(std::move(patches));
 }
 
 //! Where the centre of a cell is [m].
@@ -173,6 +198,7 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
                           L::weight[q] * (3 * rho * relaxation_.tau * stress + 1.5 * dot(L::c[q], relaxation_.force));
             }
         }
+        note_turned(populations_, r, walls_);
     }
     complete_ = true;
 }
@@ -183,7 +209,7 @@ void Solver<D>::complete()
 {
     if (complete_) return;
     team_.share(populations_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t r = begin; r < end; ++r) enter_from_outside(populations_, r, walls_);
+        for (std::ptrdiff_t r = begin; r < end; ++r) enter_row(r);
     });
     coverage_.update(bodies_, team_);
     complete_ = true;

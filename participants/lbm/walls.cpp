@@ -1,7 +1,18 @@
 #include "participants/lbm/walls.hpp"
 
+#include <algorithm>
+
 namespace lbm {
 namespace {
+
+//! A cell's place in Boundary::turned.
+template <int D>
+std::size_t place_beside(Populations<D> const& p, std::size_t axis, std::ptrdiff_t x, std::ptrdiff_t y,
+                         std::ptrdiff_t z)
+{
+    std::ptrdiff_t const cell = axis == 0 ? z * p.ny() + y : (axis == 1 ? z : y) * p.nx() + x;
+    return Lattice<D>::directions * static_cast<std::size_t>(cell);
+}
 
 //! Populations of direction q on their way into the cells of a row, from beyond the sides along some axes.
 template <int D>
@@ -14,32 +25,101 @@ struct Entry
     std::ptrdiff_t y, z;
     std::array<bool, 3> beyond;  //!< along which axes they come from outside
 
-    //! The axis whose wall throws them back; -1: none, they come from the other side.
-    int wall() const
+    Boundary const& side_across(std::size_t axis) const { return walls.side[axis][c[axis] > 0 ? 0 : 1]; }
+
+    //! The axis whose side throws them back, a wall at rest before others; -1: none, they were mirrored or come from
+    //! the other side.
+    int axis() const
     {
+        int found = -1;
         for (int axis = D - 1; axis >= 0; --axis) {
             auto const k = static_cast<std::size_t>(axis);
-            if (beyond[k] && !walls.periodic[k]) return axis;
+            if (!beyond[k]) continue;
+            Boundary const& side = side_across(k);
+            if (side.kind == Border::wall && side.velocity == std::array<double, 3>{}) return axis;
+            if (found < 0 && side.kind != Border::periodic && side.kind != Border::slip) found = axis;
         }
-        return -1;
+        return found;
+    }
+
+    //! Where populations are that left to where these come from, after mirrors and periodic sides.
+    double const* elsewhere() const
+    {
+        std::array<int, 3> mirrored = c;
+        std::array<std::ptrdiff_t, 3> const cells{populations.nx(), populations.ny(), populations.nz()};
+        std::array<std::ptrdiff_t, 3> at{0, y, z};
+        for (std::size_t k = 0; k < D; ++k) {
+            if (!beyond[k]) continue;
+            bool const slip = side_across(k).kind == Border::slip;
+            if (slip) mirrored[k] = -c[k];
+            at[k] += slip ? -c[k] : c[k] * cells[k];
+        }
+        auto const& all = Lattice<D>::c;
+        auto const to = static_cast<std::size_t>(std::find(all.begin(), all.end(), mirrored) - all.begin());
+        return populations.at(to, at[1], at[2]) + at[0];
+    }
+
+    //! Over the largest one, where the link crosses the side.
+    double profile(Boundary const& side, std::ptrdiff_t x) const
+    {
+        std::array<std::ptrdiff_t, 3> const cell{x, y, z};
+        double product = 1;
+        for (std::size_t k = 0; k < D; ++k)
+            if (!side.profile[k].empty()) product *= side.profile[k][static_cast<std::size_t>(2 * cell[k] + 1 - c[k])];
+        return product;
     }
 
     void come(std::ptrdiff_t begin, std::ptrdiff_t end) const
     {
         double* const in = populations.at(q, y, z);
-        if (int const axis = wall(); axis >= 0) {
-            auto const k = static_cast<std::size_t>(axis);
-            double const push = 6.0 * Lattice<D>::weight[q] * dot(c, walls.velocity[k][c[k] > 0 ? 0 : 1]);
-            double const* const out = populations.at(Lattice<D>::opposite[q], y - c[1], z - c[2]) - c[0];
-            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + push;
-        } else {
-            double const* const out = populations.at(q, y + (beyond[1] ? c[1] * populations.ny() : 0),
-                                                     z + (beyond[2] ? c[2] * populations.nz() : 0)) +
-                                      (beyond[0] ? c[0] * populations.nx() : 0);
+        int const across = axis();
+        if (across < 0) {
+            double const* const out = elsewhere();
             for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x];
+            return;
+        }
+        auto const k = static_cast<std::size_t>(across);
+        Boundary const& side = side_across(k);
+        double const* const out = populations.at(Lattice<D>::opposite[q], y - c[1], z - c[2]) - c[0];
+        double const push = 6.0 * Lattice<D>::weight[q] * dot(c, side.velocity);
+        if (side.kind == Border::wall) {
+            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + push;
+        } else if (side.kind == Border::inflow) {
+            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + side.share * profile(side, x) * push;
+        } else {
+            for (std::ptrdiff_t x = begin; x < end; ++x)
+                in[x] = side.turned[place_beside(populations, k, x, y, z) + q] - out[x];
         }
     }
 };
+
+//! For each direction 2 e+(rho of the opening) + (2 - s) (f+ - e+(rho)) of a cell, + the even part, e the shifted
+//! equilibrium.
+template <int D>
+void note_cell(Populations<D> const& p, std::ptrdiff_t row, std::ptrdiff_t x, Walls const& walls, double density_excess,
+               double* turned)
+{
+    constexpr std::size_t directions = Lattice<D>::directions;
+    std::array<double, directions> f;
+    double excess = 0;
+    std::array<double, 3> j = walls.half_force;
+    for (std::size_t q = 0; q < directions; ++q) {
+        f[q] = p.row(q, row)[x];
+        excess += f[q];
+        for (std::size_t k = 0; k < 3; ++k) j[k] += Lattice<D>::c[q][k] * f[q];
+    }
+    std::array<double, D> u, back;
+    for (std::size_t k = 0; k < D; ++k) {
+        u[k] = j[k] / (1 + excess);
+        back[k] = -u[k];
+    }
+    auto const even = [&](std::size_t q, double of) {
+        return 0.5 * (equilibrium<D>(q, of, u) + equilibrium<D>(q, of, back));
+    };
+    for (std::size_t q = 0; q < directions; ++q)
+        turned[q] = 2 * even(q, density_excess) +
+                    (2 - walls.even_rate) * (0.5 * (f[q] + f[Lattice<D>::opposite[q]]) - even(q, excess));
+}
 
 }  // namespace
 
@@ -60,7 +140,25 @@ void enter_from_outside(Populations<D>& p, std::ptrdiff_t row, Walls const& wall
     }
 }
 
+template <int D>
+void note_turned(Populations<D> const& p, std::ptrdiff_t row, Walls& walls)
+{
+    std::array<std::ptrdiff_t, 3> const cells{p.nx(), p.ny(), p.nz()};
+    std::ptrdiff_t const y = p.y_of(row), z = p.z_of(row);
+    for (std::size_t k = 0; k < D; ++k)
+        for (std::size_t end = 0; end < 2; ++end) {
+            Boundary& side = walls.side[k][end];
+            std::ptrdiff_t const last = end == 0 ? 0 : cells[k] - 1;
+            if (side.kind != Border::pressure || (k > 0 && (k == 1 ? y : z) != last)) continue;
+            std::ptrdiff_t const from = k == 0 ? last : 0, to = k == 0 ? last + 1 : p.nx();
+            for (std::ptrdiff_t x = from; x < to; ++x)
+                note_cell(p, row, x, walls, side.density_excess, side.turned.data() + place_beside(p, k, x, y, z));
+        }
+}
+
 template void enter_from_outside<2>(Populations<2>&, std::ptrdiff_t, Walls const&);
 template void enter_from_outside<3>(Populations<3>&, std::ptrdiff_t, Walls const&);
+template void note_turned<2>(Populations<2> const&, std::ptrdiff_t, Walls&);
+template void note_turned<3>(Populations<3> const&, std::ptrdiff_t, Walls&);
 
 }  // namespace lbm

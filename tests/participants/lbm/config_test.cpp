@@ -74,12 +74,54 @@ threads: 3
     CHECK(c.square_rate == 1.3);
     CHECK(*c.flux_rate == 1.5);
     CHECK(c.smagorinsky == 0.1);
-    CHECK(c.walls[lbm::left].periodic);
-    CHECK(!c.walls[lbm::bottom<2>].periodic);
+    CHECK(c.periodic(0));
+    CHECK(!c.periodic(1));
     CHECK(c.walls[lbm::top<2>].velocity[0] == 0.3);
     CHECK(c.acceleration == std::array<double, 3>{1, -9.81, 0});
     CHECK(c.hydrodynamic_radius == 0.7);
     CHECK(c.threads == 3);
+}
+
+TEST_CASE("config: sides that are open or without friction")
+{
+    lbm::Config const c = read(whole + R"(
+walls: {left: {inflow: 0.2, profile: parabola, ramp: 0.5}, right: {pressure: 12}, top: free_slip, bottom: {inflow: [0.1, 0.2]}}
+)");
+    CHECK(c.walls[lbm::left].kind == lbm::Border::inflow);
+    CHECK(c.walls[lbm::left].velocity == std::array<double, 3>{0.2, 0, 0});
+    CHECK(c.walls[lbm::left].parabola);
+    CHECK(c.walls[lbm::left].ramp == 0.5);
+    CHECK(c.walls[lbm::right].kind == lbm::Border::pressure);
+    CHECK(c.walls[lbm::right].pressure == 12);
+    CHECK(c.walls[lbm::top<2>].kind == lbm::Border::slip);
+    CHECK(c.walls[lbm::bottom<2>].velocity == std::array<double, 3>{0.1, 0.2, 0});
+    CHECK(read(whole + "walls: {right: {inflow: 0.2}, left: {pressure: 0}}\n").walls[lbm::right].velocity[0] == -0.2);
+
+    CHECK(contains(errors(whole + "walls: {left: {inflow: 0.2}}\n"), "nowhere to go"));
+    CHECK(contains(errors(whole + "walls: {left: {inflow: 0.2, profile: round}, right: {pressure: 0}}\n"), "profile"));
+    CHECK(contains(errors(whole + "walls: {left: {pressure: 0, ramp: 1}}\n"), "ramp"));
+    CHECK(contains(errors(whole + "walls: {left: {inflow: 90}, right: {pressure: 0}}\n"), "Mach number"));
+}
+
+TEST_CASE("config: solids at rest")
+{
+    lbm::Config const c = read(whole + R"(
+solids: [{name: pile, disc: {centre: [0.05, 0.02], radius: 0.01}}, {box: {low: [0, 0], high: [0.02, 0.01]}}]
+)");
+    REQUIRE(c.solids.size() == 2);
+    CHECK(c.solids[0].name == "pile");
+    CHECK(c.solids[0].radius == 0.01);
+    CHECK(c.solids[1].name == "solid_1");
+    CHECK(c.solids[1].centre == std::array<double, 3>{0.01, 0.005, 0});
+    CHECK(c.solids[1].size == std::array<double, 3>{0.02, 0.01, 0});
+
+    CHECK(contains(errors(whole + "solids: [{box: {low: [0.1, 0], high: [0, 0.1]}}]\n"), "is not above low"));
+    CHECK(contains(errors(whole + "solids: [{disc: {centre: [0, 0]}}]\n"), "radius"));
+    CHECK(contains(
+        errors(
+            whole +
+            "solids: [{name: a, disc: {centre: [0, 0], radius: 1}}, {name: a, disc: {centre: [0, 0], radius: 1}}]\n"),
+        "there twice"));
 }
 
 TEST_CASE("config: what cannot run is refused, with the key")

@@ -25,8 +25,8 @@ lbm::Config config(Scene const& s)
     c.collision = s.collision;
     c.smagorinsky = s.smagorinsky;
     c.acceleration = {s.force, -0.5 * s.force};
-    c.walls[lbm::left].periodic = c.walls[lbm::right].periodic = s.periodic_x;
-    c.walls[lbm::bottom<2>].periodic = c.walls[lbm::top<2>].periodic = s.periodic_y;
+    c.set_periodic(0, s.periodic_x);
+    c.set_periodic(1, s.periodic_y);
     if (!s.periodic_y) c.walls[lbm::top<2>].velocity[0] = 0.05;
     if (!s.periodic_x) c.walls[lbm::left].velocity[1] = -0.02;
     c.threads = 2;

@@ -24,8 +24,8 @@ class PlainLattice
     {
         for (std::size_t s = 0; s < 4; ++s)
             wall_[s] = config.walls[s].velocity[s < 2 ? 1 : 0] / config.units().velocity_unit();
-        periodic_x_ = config.walls[lbm::left].periodic;
-        periodic_y_ = config.walls[lbm::bottom<2>].periodic;
+        periodic_x_ = config.periodic(0);
+        periodic_y_ = config.periodic(1);
     }
 
     std::vector<double>& populations() { return now_; }                         //!< f_q - w_q, shape [q][y][x]
@@ -59,12 +59,15 @@ class PlainLattice
         std::ptrdiff_t tx = x + lbm::Lattice<2>::c[q][0], ty = y + lbm::Lattice<2>::c[q][1];
         double wall_x = 0, wall_y = 0;
         bool bounced = false;
-        if ((ty < 0 || ty >= ny_) && !periodic_y_) {
+        bool const over_x = (tx < 0 || tx >= nx_) && !periodic_x_, over_y = (ty < 0 || ty >= ny_) && !periodic_y_;
+        double const of_x = wall_[tx < 0 ? lbm::left : lbm::right], of_y = wall_[ty < 0 ? lbm::bottom<2> : lbm::top<2>];
+        bool const resting = over_x && over_y && (of_x == 0 || of_y == 0);  // that wall's
+        if (over_y && !resting) {
             bounced = true;
-            wall_x = wall_[ty < 0 ? lbm::bottom<2> : lbm::top<2>];
-        } else if ((tx < 0 || tx >= nx_) && !periodic_x_) {
+            wall_x = of_y;
+        } else if (over_x || over_y) {
             bounced = true;
-            wall_y = wall_[tx < 0 ? lbm::left : lbm::right];
+            wall_y = resting ? 0 : of_x;
         }
         if (bounced) {
             auto const back = lbm::Lattice<2>::opposite[q];
@@ -96,24 +99,43 @@ class PlainLattice
 
     void collide(std::array<double, 9>& f, std::ptrdiff_t x, std::ptrdiff_t y, std::vector<lbm::Body<2>> const& discs)
     {
+        double const t = rates_.tau - 0.5;
         std::vector<double> fraction(discs.size());
-        double covered = 0;
+        double covered = 0, drag = 0, lag = 0;
         bool core = false;
         for (std::size_t i = 0; i < discs.size(); ++i) {
             auto const [ax, ay] = arm(discs[i], x, y);
             fraction[i] = exact_area(ax - 0.5, ax + 0.5, ay - 0.5, ay + 0.5, discs[i].radius);
             if (std::hypot(ax, ay) > discs[i].radius + 1) fraction[i] = 0;
             covered += fraction[i];
+            double const speed = std::hypot(discs[i].velocity[0], discs[i].velocity[1]);
+            lag += 0.1 * std::pow(speed / (t / 3), 2) * fraction[i];
+            drag += (3.6 / discs[i].radius + 0.03) * t * fraction[i];
             core = core || std::hypot(ax, ay) <= discs[i].radius - 2.13;
         }
-        double const t = rates_.tau - 0.5;
-        double weight = std::min(0.95, covered >= 1 ? 1 : covered * t / (1 - covered + t));
+        double weight = std::min(0.98, covered >= 1 ? 1 : drag / (1 - covered + drag));
         if (core) weight = 0.5;
         Moments const m = moments(f);
-        double const fx = rates_.force[0], fy = rates_.force[1];
-        double const rho = 1 + m[0], ux = (m[3] + fx / 2) / rho, uy = (m[5] + fy / 2) / rho;
-        Moments const source = {0,   6 * (ux * fx + uy * fy), -6 * (ux * fx + uy * fy), fx, -fx, fy,
-                                -fy, 2 * (ux * fx - uy * fy), ux * fy + uy * fx};
+        double const fx = rates_.force[0], fy = rates_.force[1], rho = 1 + m[0];
+        double const jx = m[3] + fx / 2, jy = m[5] + fy / 2;
+        double push_x = 0, push_y = 0;
+        for (std::size_t i = 0; i < discs.size(); ++i) {
+            if (fraction[i] == 0) continue;
+            double const share = 2 * weight * fraction[i] / covered;
+            auto const [ax, ay] = arm(discs[i], x, y);
+            double const vx = discs[i].velocity[0] - discs[i].spin[0] * ay,
+                         vy = discs[i].velocity[1] + discs[i].spin[0] * ax;
+            double const px = share * (jx - rho * vx), py = share * (jy - rho * vy);
+            push_x -= px;
+            push_y -= py;
+            loads_[i][0] += px;
+            loads_[i][1] += py;
+            loads_[i][2] += ax * py - ay * px;
+        }
+        double const ux = (jx + push_x / 2) / rho, uy = (jy + push_y / 2) / rho;
+        double const gx = fx + push_x, gy = fy + push_y;
+        Moments const source = {0,   6 * (ux * fx + uy * fy), -6 * (ux * fx + uy * fy), gx, -gx, gy,
+                                -gy, 2 * (ux * fx - uy * fy), ux * fy + uy * fx};
         double const u2 = ux * ux + uy * uy;
         Moments const eq = {m[0],      -2 * m[0] + 3 * rho * u2,  m[0] - 3 * rho * u2, rho * ux, -rho * ux, rho * uy,
                             -rho * uy, rho * (ux * ux - uy * uy), rho * ux * uy};
@@ -123,24 +145,13 @@ class PlainLattice
         if (les_ && covered <= 1e-6)
             shear = 2 / (rates_.tau + std::sqrt(rates_.tau * rates_.tau +
                                                 rates_.smagorinsky_term * std::hypot(d[7], 2 * d[8]) / rho));
-        Moments const s = {0, rates_.energy, rates_.square, 0, rates_.flux, 0, rates_.flux, shear, shear};
+        lag = covered > 0 ? lag / covered : 0;
+        double const open = core ? 1 : (std::max(1 - covered, 0.05) + lag) / (1 + lag);
+        auto const even = [&](double rate) { return 1 / (0.5 + (1 / rate - 0.5) / open); };
+        double const flux = 1 / (0.5 + (1 / rates_.flux - 0.5) * open);
+        Moments const s = {0, even(rates_.energy), even(rates_.square), 0, flux, 0, flux, even(shear), even(shear)};
         Moments change;
-        for (std::size_t k = 0; k < 9; ++k) change[k] = source[k] - (1 - weight) * s[k] * d[k];
-        for (std::size_t i = 0; i < discs.size(); ++i) {
-            if (fraction[i] == 0) continue;
-            double const share = 2 * weight * fraction[i] / covered;
-            auto const [ax, ay] = arm(discs[i], x, y);
-            double const vx = discs[i].velocity[0] - discs[i].spin[0] * ay,
-                         vy = discs[i].velocity[1] + discs[i].spin[0] * ax;
-            double const px = share * rho * (ux - vx), py = share * rho * (uy - vy);
-            change[3] -= px;
-            change[5] -= py;
-            change[4] -= share * (m[4] - fx / 2 + rho * vx);
-            change[6] -= share * (m[6] - fy / 2 + rho * vy);
-            loads_[i][0] += px;
-            loads_[i][1] += py;
-            loads_[i][2] += ax * py - ay * px;
-        }
+        for (std::size_t k = 0; k < 9; ++k) change[k] = source[k] - s[k] * d[k];
         Moments const norm = {9, 36, 36, 6, 12, 6, 12, 4, 4};
         for (std::size_t q = 0; q < 9; ++q)
             for (std::size_t k = 0; k < 9; ++k) f[q] += basis(q)[k] * change[k] / norm[k];

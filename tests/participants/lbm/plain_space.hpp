@@ -111,7 +111,7 @@ class PlainSpace
             rho += f[q];
             for (std::size_t k = 0; k < 3; ++k) j[k] += L::c[q][k] * f[q];
         }
-        auto const [fraction, weight] = solid(cell, spheres, covered);
+        auto const [fraction, weight, open] = solid(cell, spheres, covered);
         double const b = fraction * weight;
         std::array<double, 3> push = {-2 * b * j[0], -2 * b * j[1], -2 * b * j[2]};  // of the solids on the fluid
         for (auto const& [i, eps] : covered) {
@@ -137,12 +137,12 @@ class PlainSpace
             source[q] = L::weight[q] * (3 * (cF - uF) + 9 * cu * cF + 3 * lbm::dot(L::c[q], push));
             apart[q] = f[q] + source[q] / 2 - lbm::equilibrium<3>(q, rho - 1, u);
         }
-        Values const relaxed = relax(apart, rho, fraction);
+        Values const relaxed = relax(apart, rho, fraction, open);
         for (std::size_t q = 0; q < f.size(); ++q) send(q, cell, f[q] + source[q] + relaxed[q]);
     }
 
     //! Change by relaxation, moment by moment.
-    Values relax(Values const& apart, double rho, double fraction) const
+    Values relax(Values const& apart, double rho, double fraction, double open) const
     {
         std::array<double, 4> rate{};
         rate[energy - 1] = rates_.energy, rate[square - 1] = rates_.square, rate[flux - 1] = rates_.flux;
@@ -158,6 +158,10 @@ class PlainSpace
         if (fraction <= 1e-6)
             tau = 0.5 * (tau + std::sqrt(tau * tau + rates_.smagorinsky_term * std::sqrt(2 * stress) / rho));
         rate[shear - 1] = 1 / tau;
+        for (double& r : rate) {
+            bool const odd = &r == &rate[flux - 1];
+            r = 1 / (0.5 + (1 / r - 0.5) * (odd ? open : 1 / open));
+        }
         Values change{};
         for (auto const& [kind, moment] : moments_) {
             if (kind == 0) continue;
@@ -170,22 +174,26 @@ class PlainSpace
         return change;
     }
 
-    //! Sum of the fractions and B/sum.
-    std::pair<double, double> solid(Cell const& cell, std::vector<lbm::Body<3>> const& spheres,
-                                    std::map<std::size_t, double> const& covered) const
+    //! Sum of the fractions, B/sum, and how open the cell is.
+    std::array<double, 3> solid(Cell const& cell, std::vector<lbm::Body<3>> const& spheres,
+                                std::map<std::size_t, double> const& covered) const
     {
-        double fraction = 0;
+        double const t = rates_.tau - 0.5;
+        double fraction = 0, drag = 0, lag = 0;
         bool core = false;
         for (auto const& [i, eps] : covered) {
             fraction += eps;
+            auto const& v = spheres[i].velocity;
+            lag += 0.1 * std::pow(std::hypot(v[0], v[1], v[2]) / (t / 3), 2) * eps;
+            drag += (4.5 / spheres[i].radius + 0.03) * t * eps;
             auto const r = arm(cell, spheres[i]);
             core = core || std::hypot(r[0], r[1], r[2]) <= spheres[i].radius - 2.18;
         }
-        if (fraction == 0) return {0, 0};
-        double const t = rates_.tau - 0.5;
-        double b = std::min(0.95, fraction >= 1 ? 1 : 2.5 * fraction * t / (1 - fraction + 2.5 * fraction * t));
+        if (fraction == 0) return {0, 0, 1};
+        double b = std::min(0.98, fraction >= 1 ? 1 : drag / (1 - fraction + drag));
         if (core) b = 0.5;
-        return {fraction, b / fraction};
+        return {fraction, b / fraction,
+                core ? 1 : (std::max(1 - fraction, 0.05) + lag / fraction) / (1 + lag / fraction)};
     }
 
     //! From a sphere's centre to a cell's, across periodic sides.
@@ -195,7 +203,7 @@ class PlainSpace
         for (std::size_t k = 0; k < 3; ++k) {
             r[k] = static_cast<double>(cell[k]) + 0.5 - sphere.centre[k];
             double const length = static_cast<double>(n_[k]);
-            if (config_.walls[2 * k].periodic) r[k] -= length * std::round(r[k] / length);
+            if (config_.periodic(k)) r[k] -= length * std::round(r[k] / length);
         }
         return r;
     }
@@ -203,15 +211,18 @@ class PlainSpace
     void send(std::size_t q, Cell const& from, double f)
     {
         Cell to;
+        std::array<double, 3> const* wall = nullptr;  // one at rest, else the last
         for (std::size_t k = 3; k-- > 0;) {
             to[k] = from[k] + L::c[q][k];
             bool const beyond = to[k] < 0 || to[k] >= n_[k];
-            if (beyond && !config_.walls[2 * k].periodic) {
-                std::size_t const back = L::opposite[q];
-                next_[at(back, from)] =
-                    f + 6 * L::weight[back] * lbm::dot(L::c[back], config_.walls[2 * k + (to[k] < 0 ? 0 : 1)].velocity);
-                return;
-            }
+            if (!beyond || config_.periodic(k)) continue;
+            auto const& velocity = config_.walls[2 * k + (to[k] < 0 ? 0 : 1)].velocity;
+            if (wall == nullptr || velocity == std::array<double, 3>{}) wall = &velocity;
+        }
+        if (wall != nullptr) {
+            std::size_t const back = L::opposite[q];
+            next_[at(back, from)] = f + 6 * L::weight[back] * lbm::dot(L::c[back], *wall);
+            return;
         }
         for (std::size_t k = 0; k < 3; ++k) to[k] = (to[k] + n_[k]) % n_[k];
         next_[at(q, to)] = f;

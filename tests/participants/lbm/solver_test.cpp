@@ -163,7 +163,10 @@ TEST_CASE("solver: discs that are not finite, or arrays that differ, are refused
     CHECK(contains(message([&] { solver.set_bodies({position, rest, spin, radius}); }), "6 fluid: body 0"));
     CHECK(contains(message([&] { solver.set_bodies({rest, rest, two, radius}); }), "4 ") == false);
     CHECK(contains(message([&] { solver.set_bodies({rest, rest, two, radius}); }), "differ in length"));
-    CHECK(contains(message([&] { solver.set_obstacle({1, 2}); }), "obstacle"));
+    CHECK(contains(message([&] {
+                       solver.set_patches({{.size = {3, 1, 1}, .fraction = {1, 1}}});
+                   }),
+                   "a patch of 3 cells has 2 fractions"));
 }
 
 TEST_CASE("solver: a state of another lattice is refused and changes nothing")

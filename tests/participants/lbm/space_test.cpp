@@ -34,7 +34,7 @@ lbm::Config config(Scene const& s)
     c.collision = s.collision;
     c.smagorinsky = s.smagorinsky;
     c.acceleration = {s.force, -0.5 * s.force, 0.25 * s.force};
-    for (std::size_t k = 0; k < 3; ++k) c.walls[2 * k].periodic = c.walls[2 * k + 1].periodic = s.periodic[k];
+    for (std::size_t k = 0; k < 3; ++k) c.set_periodic(k, s.periodic[k]);
     if (!s.periodic[2]) c.walls[lbm::upper_z].velocity = {0.04, 0.02, 0};
     if (!s.periodic[1]) c.walls[lbm::lower_y].velocity = {0.02, 0, -0.01};
     if (!s.periodic[0]) c.walls[lbm::right].velocity = {0, -0.02, 0.01};

@@ -2,7 +2,9 @@
 
 #include <numbers>
 #include <string>
+#include <tuple>
 
+#include "participants/lbm/solid_weight.hpp"
 #include "tests/verification/lbm/lattice_case.hpp"
 
 using namespace lattice_case;
@@ -43,6 +45,25 @@ double confined_drag(std::ptrdiff_t height, double ratio, double tau)
     return limit / (c.viscosity * speed);
 }
 
+//! All of a square but a disc in its middle.
+lbm::Patch<2> around_a_hole(std::ptrdiff_t side, double radius)
+{
+    double const centre = 0.5 * static_cast<double>(side);
+    sluice::Team team(1);
+    lbm::Coverage<2> hole({side, side, 1}, {});
+    hole.update(std::vector<lbm::Body<2>>{{{centre, centre}, radius, {}}}, team);
+    std::vector<double> wall(static_cast<std::size_t>(side * side), 1.0);
+    for (lbm::Strip<2> const& s : hole.strips().first(hole.of_body(0)[1]))
+        for (std::ptrdiff_t k = 0; k < s.count; ++k)
+            wall[static_cast<std::size_t>(s.row * side + s.begin + k)] -= s.fraction[k];
+    for (double& w : wall) w = w < 1e-12 ? 0 : w;
+    return {.first = {0, 0, 0},
+            .size = {side, side, 1},
+            .fraction = wall,
+            .centre = {centre, centre},
+            .drag = lbm::flat_drag};
+}
+
 //! A disc turning in a circular cavity, both of area fractions.
 struct Cavity
 {
@@ -56,16 +77,8 @@ Cavity turn_in_cavity(double inner, double outer)
     lbm::Config c = config(side, side, 1.0);
     double const spin = 0.1 * c.viscosity / (inner * inner);  // Re = 0.1
     double const centre = 0.5 * static_cast<double>(side);
-    sluice::Team team(1);
-    lbm::Coverage<2> hole({side, side, 1}, {});
-    hole.update(std::vector<lbm::Body<2>>{{{centre, centre}, outer, {}}}, team);
-    std::vector<double> wall(static_cast<std::size_t>(side * side), 1.0);
-    for (lbm::Strip<2> const& s : hole.strips().first(hole.of_body(0)[1]))
-        for (std::ptrdiff_t k = 0; k < s.count; ++k)
-            wall[static_cast<std::size_t>(s.row * side + s.begin + k)] -= s.fraction[k];
-    for (double& w : wall) w = w < 1e-12 ? 0 : w;
     lbm::Solver<2> solver(c);
-    solver.set_obstacle(wall);
+    solver.set_patches({around_a_hole(side, outer)});
     Discs discs;
     discs.add(centre, centre, inner, 0, 0, spin);
     solver.set_bodies(discs.view());
@@ -87,6 +100,70 @@ Cavity turn_in_cavity(double inner, double outer)
         }
     }
     return {torque / (c.viscosity * spin * inner * inner), std::sqrt(sum / cells)};
+}
+
+//! Added mass and damping, over rho pi a^2, of a disc that swings in the middle of a circular cavity.
+struct Swing
+{
+    double mass, damping;
+};
+
+Swing swing_in_cavity(double radius, double ratio, double beta)
+{
+    auto const side = static_cast<std::ptrdiff_t>(2 * ratio * radius + 4);
+    // slow beside sound, which takes 6 R/c_s = 10 R steps to and fro: errors go with (w R/c_s)^2, here 0.016 at R = 48
+    double const period = 4200, w = 2 * std::numbers::pi / period, viscosity = w * radius * radius / beta;
+    lbm::Config const c = config(side, side, 0.5 + 3 * viscosity);
+    double const centre = 0.5 * static_cast<double>(side), amplitude = 0.02 * radius;
+    lbm::Solver<2> solver(c);
+    solver.set_patches({around_a_hole(side, ratio * radius)});
+    double in_phase = 0, out_of_phase = 0;
+    for (int k = 0; k < static_cast<int>(6 * period); ++k) {
+        double const t = k + 0.5;  // velocities are those of the middle of a step
+        Discs discs;
+        discs.add(centre + amplitude * std::sin(w * k), centre, radius, amplitude * w * std::cos(w * t));
+        solver.set_bodies(discs.view());
+        solver.step();
+        if (k < static_cast<int>(3 * period)) continue;
+        double const force = solver.loads().force[0] / (1.5 * period);
+        in_phase -= force * std::sin(w * t);
+        out_of_phase -= force * std::cos(w * t);
+    }
+    double const unit = std::numbers::pi * radius * radius * amplitude * w * w;  // F = -unit (Cv cos - Cm sin)
+    return {-in_phase / unit, out_of_phase / unit};
+}
+
+//! w/rate of a neutral disc that is free to turn, in the middle between walls H apart that move against each other; H
+//! in cells, ratio = 2 a/H.
+double turning_in_shear(std::ptrdiff_t height, double ratio)
+{
+    std::ptrdiff_t const length = 4 * height;
+    lbm::Config c = config(length, height, 1.5);
+    c.set_periodic(0);
+    double const h = static_cast<double>(height), a = 0.5 * ratio * h, rate = 0.02 * c.viscosity / (a * a);
+    c.walls[lbm::bottom<2>].velocity[0] = -0.5 * rate * h;
+    c.walls[lbm::top<2>].velocity[0] = 0.5 * rate * h;
+    lbm::Solver<2> solver(c);
+    solver.set_state([&](std::array<double, 2> const& at) {
+        return lbm::PointState<2>{
+            .velocity = {rate * (at[1] - 0.5 * h), 0}, .pressure = 0, .gradient = {{{0, rate}, {0, 0}}}};
+    });
+    double spin = -0.5 * rate;
+    double const inertia = 0.5 * std::numbers::pi * a * a * a * a;
+    auto const interval = static_cast<int>(h * h / c.viscosity / 40);
+    double before = 0;
+    for (int k = 0; k < 60; ++k) {
+        for (int step = 0; step < interval; ++step) {
+            Discs discs;
+            discs.add(0.5 * static_cast<double>(length), 0.5 * h, a, 0, 0, spin);
+            solver.set_bodies(discs.view());
+            solver.step();
+            spin += solver.loads().torque[0] / inertia;
+        }
+        if (k > 4 && std::abs(spin - before) < 1e-5 * rate) break;
+        before = spin;
+    }
+    return spin / rate;
 }
 
 }  // namespace
@@ -120,6 +197,37 @@ TEST_CASE("C04: disc turning in a circular cavity")
                                     got.torque, reference, relative(got.torque, reference), mark, watch.seconds()}));
         CHECK(verification::report({"C04", text("u_theta RMS / (w R1) at R1=%.0f, R2=%.0f dx [-]", inner, 3 * inner),
                                     got.swirl_rms, 0, got.swirl_rms, mark, watch.seconds()}));
+    }
+}
+
+TEST_CASE("C05b: a free disc turns with a shear between walls")
+{
+    // fundamental solutions; mark 1.5 % with a of 12 cells or more
+    for (auto const& [height, ratio, reference] :
+         {std::tuple{std::ptrdiff_t{48}, 0.5, -0.419573}, std::tuple{std::ptrdiff_t{120}, 0.2, -0.488717}}) {
+        verification::Stopwatch const watch;
+        double const got = turning_in_shear(height, ratio);
+        CHECK(verification::report({"C05b",
+                                    text("w/rate at 2a/H=%.1f, H=%.0f dx [-]", ratio, static_cast<double>(height)), got,
+                                    reference, relative(got, reference), 0.015, watch.seconds()}));
+    }
+}
+
+TEST_CASE("C06: added mass and damping of a disc that swings in a cavity, a = 16 cells")
+{
+    struct Row
+    {
+        double ratio, beta, mass, damping;
+    };
+    // unsteady Stokes flow in closed form (Bessel functions); mark 4 % with a of 16 cells
+    for (Row const row : {Row{2, 20, 2.516751271, 2.304002269}, Row{3, 10, 2.278266967, 1.714060263},
+                          Row{3, 40, 1.825542519, 0.7142255367}}) {
+        verification::Stopwatch const watch;
+        Swing const got = swing_in_cavity(16, row.ratio, row.beta);
+        CHECK(verification::report({"C06", text("C_m at R/a=%.0f, beta=%.0f [-]", row.ratio, row.beta), got.mass,
+                                    row.mass, relative(got.mass, row.mass), 0.04, watch.seconds()}));
+        CHECK(verification::report({"C06", text("C_v at R/a=%.0f, beta=%.0f [-]", row.ratio, row.beta), got.damping,
+                                    row.damping, relative(got.damping, row.damping), 0.04, watch.seconds()}));
     }
 }
 

@@ -23,8 +23,8 @@ inline lbm::Config config(std::ptrdiff_t nx, std::ptrdiff_t ny, double tau)
 
 inline void make_periodic(lbm::Config& c, bool x, bool y)
 {
-    c.walls[lbm::left].periodic = c.walls[lbm::right].periodic = x;
-    c.walls[lbm::bottom<2>].periodic = c.walls[lbm::top<2>].periodic = y;
+    c.set_periodic(0, x);
+    c.set_periodic(1, y);
 }
 
 //! Discs that a case moves by hand.

@@ -21,7 +21,7 @@ lbm::Config config_in_space(lbm::Extent const& cells, double tau, std::array<boo
     c.dimension = 3;
     c.size[2] = static_cast<double>(cells[2]);
     c.collision = lbm::Operator::trt;
-    for (std::size_t s = 0; s < 6; ++s) c.walls[s].periodic = periodic[s / 2];
+    for (std::size_t k = 0; k < 3; ++k) c.set_periodic(k, periodic[k]);
     return c;
 }
 
