@@ -118,7 +118,7 @@ double to_grid(PackedPoints const& p, std::size_t begin, std::size_t end, double
 //! What a step makes of the points of a chunk.
 struct Moved
 {
-    double kinetic = 0, gravity = 0;  //!< [J/m]; over m g: path
+    double kinetic = 0, gravity = 0;  //!< energy, work [J/m]
     bool inside = true;
 };
 
