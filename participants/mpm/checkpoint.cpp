@@ -52,6 +52,9 @@ void keep(Solver<D> const& solver, sluice::State& kept)
     std::vector<std::int64_t> ids;
     for (Point<D> const& p : state.points) ids.push_back(p.id);
     kept.put("points/id", std::span<std::int64_t const>(ids));
+    std::vector<std::int64_t> order(state.order.begin(), state.order.end());
+    for (std::size_t p = order.size(); p < ids.size(); ++p) order.push_back(static_cast<std::int64_t>(p));
+    kept.put("points/order", std::span<std::int64_t const>(order));
     each_column<D>([&](char const* name, std::size_t count, auto at) {
         std::vector<double> values;
         for (Point<D>& p : state.points) values.insert(values.end(), at(p), at(p) + count);
@@ -71,6 +74,18 @@ void restore(Solver<D>& solver, sluice::State const& kept)
     auto const ids = kept.integers("points/id", solver.state().points.size());
     state.points.resize(ids.size());
     for (std::size_t p = 0; p < ids.size(); ++p) state.points[p].id = ids[p];
+    auto const order = kept.integers("points/order", ids.size());
+    state.order.assign(ids.size(), -1);
+    std::vector<bool> met(ids.size(), false);
+    for (std::size_t p = 0; p < ids.size(); ++p) {
+        auto const at = static_cast<std::size_t>(order[p]);
+        require(at < ids.size() && !met[at], [] {
+            return Error("mpm: points/order of the checkpoint is no order of its points. Resume from an older one.",
+                         sluice::Exit::io);
+        });
+        met[at] = true;
+        state.order[p] = static_cast<std::int32_t>(order[p]);
+    }
     each_column<D>([&](char const* name, std::size_t count, auto at) {
         auto const values = kept.numbers(name, count * ids.size());
         for (std::size_t p = 0; p < ids.size(); ++p) std::copy_n(values.data() + count * p, count, at(state.points[p]));

@@ -5,6 +5,7 @@
 
 #include "coupler/scene/reader.hpp"
 #include "coupler/scene/side_names.hpp"
+#include "coupler/scene/threads.hpp"
 #include "participants/mpm/law_config.hpp"
 
 namespace mpm {
@@ -76,7 +77,7 @@ void read_scheme(sluice::Reader& r, Config& c)
                  "beside basis = linear (its slopes do not vanish with its weights: a node of little mass would "
                  "kick the gradient). Leave it out, or try basis: gimp.");
     c.damping = r.number_or("damping", c.damping, {.min = 0.0, .unit = "1/s"});
-    c.courant = r.number_or("courant", c.courant, {.above = 0.0, .max = 1.0});
+    c.courant = r.number_or("courant", c.courant, {.above = 0.0, .max = 0.6});
     c.step = r.number_unless("step", "auto", {.above = 0.0, .unit = "s"});
 }
 
@@ -200,12 +201,15 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     c.density = material.number("density", {.above = 0.0, .unit = "kg/m3"});
     c.law = read_law(material);
     material.finish();
+    c.shared_volume = r.flag_or("shared_volume", std::holds_alternative<MohrCoulomb>(c.law));
     read_walls(r, c);
     read_gates(r, c);
     read_column(r, c);
     for (sluice::Reader body : r.list("bodies")) c.bodies.push_back(read_body(body, dimension));
     if (c.bodies.empty()) r.problem("column", "is missing (give column, bodies or both).");
     read_geostatic(r, c);
+    c.front_depth = r.number_if("front_depth", {.above = 0.0, .unit = "m"});
+    c.threads = sluice::read_threads(r, "1");
     r.finish();
     return c;
 }

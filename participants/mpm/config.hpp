@@ -48,9 +48,10 @@ struct Config
     BasisKind basis = BasisKind::gimp;
     Width width = Width::fixed;
     Scheme scheme = Scheme::musl;
-    double flip = 0.99;  //!< share of FLIP
-    bool affine = true;  //!< points bring the gradient of their velocity to the grid; not with hat functions
-    double damping = 0;  //!< [1/s]
+    double flip = 0.99;          //!< share of FLIP
+    bool affine = true;          //!< points bring the gradient of their velocity to the grid; not with hat functions
+    bool shared_volume = false;  //!< the points of a cell share its change of volume
+    double damping = 0;          //!< [1/s]
     double courant = 0.4;
     std::optional<double> step;  //!< [s]; absent: auto
     double density = 0;          //!< [kg/m3]
@@ -59,6 +60,8 @@ struct Config
     std::optional<ColumnConfig> column;
     std::vector<Wall> walls;
     std::optional<GeostaticConfig> geostatic;
+    std::optional<double> front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of the root of its area
+    int threads = 1;
 };
 
 //! Reads a participant's `config:` block (keys: README.md). Every mistake becomes a problem of the reader; finish()

@@ -13,6 +13,7 @@
 namespace mpm {
 namespace {
 
+constexpr double front_share = 0.05;      // of the root of the area at the start: 2 to 3 grains, if it has 3000
 constexpr double steps_of_a_window = 50;  // without a partner a window only paces the output
 
 //! One window in steps of our own: with `step: auto` as long as the speeds allow, what is left shared out evenly.
@@ -48,21 +49,28 @@ struct Start
     double height = 0, front = 0;  //!< [m]
     double step = 0;               //!< [s]
     double balance = 0;            //!< of the energies [J]
+    double front_depth = 0;        //!< if none is named [m]
 
-    void keep(sluice::State& state) const { state.put("start", std::vector<double>{height, front, step, balance}); }
+    void keep(sluice::State& state) const
+    {
+        state.put("start", std::vector<double>{height, front, step, balance, front_depth});
+    }
     static Start kept(sluice::State const& state)
     {
-        auto const numbers = state.numbers("start", 4);
-        return {numbers[0], numbers[1], numbers[2], numbers[3]};
+        auto const numbers = state.numbers("start", 5);
+        return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]};
     }
 };
 
 template <int D>
 Start start_of(Config const& config, Solver<D> const& solver)
 {
-    auto const r = run_out_of(solver.setup(), solver.state());
+    auto const r = run_out_of(solver.setup(), solver.state(), 0);
     double const step = config.step ? *config.step : solver.longest_step();
-    return {r.height, r.front, step, solver.energies().balance()};
+    double volume = 0;
+    for (Point<D> const& p : solver.state().points) volume += p.volume;
+    double const area = D == 2 ? volume : volume / config.size[1];
+    return {r.height, r.foremost, step, solver.energies().balance(), front_share * std::sqrt(area)};
 }
 
 template <int D>
@@ -81,6 +89,7 @@ void run(sluice::Participant& self, Config const& config)
             restore(solver, state);
             start = Start::kept(state);
         });
+    auto const front_depth = [&] { return config.front_depth.value_or(start.front_depth); };
     std::optional<Recorder<D>> recorder;
     auto const begin_recording = [&](std::optional<double> resumed_at) {
         recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, resumed_at);
@@ -89,7 +98,7 @@ void run(sluice::Participant& self, Config const& config)
     if (!self.resumes()) {
         begin_recording(std::nullopt);
         recorder->picture(0.0, solver.state());
-        recorder->row(0.0, solver, start.balance);
+        recorder->row(0.0, solver, front_depth(), start.balance);
     }
     sluice::Windows windows = self.windows();
     if (self.resumes()) begin_recording(self.resumed_at());
@@ -97,9 +106,9 @@ void run(sluice::Participant& self, Config const& config)
         if (self.went_back()) begin_recording(self.resumed_at());
         advance(solver, config, window);
         if (window.output) recorder->picture(window.end, solver.state());
-        if (window.series) recorder->row(window.end, solver, start.balance);
+        if (window.series) recorder->row(window.end, solver, front_depth(), start.balance);
     }
-    auto const r = run_out_of(solver.setup(), solver.state());
+    auto const r = run_out_of(solver.setup(), solver.state(), front_depth());
     auto const steps = static_cast<double>(std::max<std::int64_t>(1, solver.state().steps));
     self.fact("points", static_cast<double>(solver.state().points.size()));
     self.fact("H0 [m]", start.height);

@@ -54,10 +54,47 @@ double mark(std::map<Cell<D>, Filled>& cells, Cell<D> const& start, int set)
     return mass;
 }
 
+//! Volume over x, in strips of a quarter of a cell from the back wall on.
+class Depth
+{
+ public:
+    Depth(double cell, double across) : strip_(cell / in_a_cell), across_(across) {}
+
+    void add(double from, double to, double volume)
+    {
+        double const share = volume / (to - from);
+        for (double x = std::max(0.0, from); x < to;) {
+            auto const strip = static_cast<std::size_t>(std::floor(x / strip_ + 1e-9));
+            double const end = std::min(to, static_cast<double>(strip + 1) * strip_);
+            if (strip >= volume_.size()) volume_.resize(strip + 1, 0.0);
+            volume_[strip] += share * (end - x);
+            x = end;
+        }
+    }
+    //! Where the mean over two cells falls below `depth`, coming from the back wall.
+    double front(double depth) const
+    {
+        double sum = 0, before = 0;
+        for (std::size_t k = 0; k <= volume_.size() + window; ++k) {
+            if (k < volume_.size()) sum += volume_[k];
+            if (k >= window && k - window < volume_.size()) sum -= volume_[k - window];
+            double const now = sum / (window * strip_ * across_), middle = static_cast<double>(k + 1) - window / 2.0;
+            if (k >= window && now < depth) return strip_ * (middle - (depth - now) / std::max(before - now, 1e-300));
+            before = now;
+        }
+        return 0;
+    }
+
+ private:
+    static constexpr std::size_t in_a_cell = 4, window = 2 * in_a_cell;
+    double strip_, across_;
+    std::vector<double> volume_;
+};
+
 }  // namespace
 
 template <int D>
-RunOut run_out_of(Setup<D> const& setup, State<D> const& state)
+RunOut run_out_of(Setup<D> const& setup, State<D> const& state, double depth)
 {
     std::map<Cell<D>, Filled> cells;
     for (Point<D> const& p : state.points) cells[cell_of(setup, p.place)].mass += p.mass;
@@ -71,13 +108,15 @@ RunOut run_out_of(Setup<D> const& setup, State<D> const& state)
     }
     RunOut out;
     double const half = setup.half_width * setup.cell;
+    Depth depth_at(setup.cell, D == 2 ? 1 : setup.cell * setup.cells[1]);
     for (Point<D> const& p : state.points) {
         double const reach = p.place[0] + half, top = p.place[D - 1] + half;
         out.foremost = std::max(out.foremost, reach);
         if (cells[cell_of(setup, p.place)].set != main) continue;
-        out.front = std::max(out.front, reach);
+        depth_at.add(p.place[0] - half, reach, p.volume);
         if (p.place[0] < 2 * setup.cell) out.height = std::max(out.height, top);
     }
+    out.front = depth_at.front(depth);
     return out;
 }
 
@@ -93,8 +132,8 @@ Vec<D> centre_of_mass(State<D> const& state)
     return sum / mass;
 }
 
-template RunOut run_out_of<2>(Setup<2> const&, State<2> const&);
-template RunOut run_out_of<3>(Setup<3> const&, State<3> const&);
+template RunOut run_out_of<2>(Setup<2> const&, State<2> const&, double);
+template RunOut run_out_of<3>(Setup<3> const&, State<3> const&, double);
 template Vec<2> centre_of_mass<2>(State<2> const&);
 template Vec<3> centre_of_mass<3>(State<3> const&);
 

@@ -18,11 +18,11 @@ Vec3 axis(int i)
 }  // namespace
 
 MohrCoulombSurface::MohrCoulombSurface(Elasticity const& e, MohrCoulombParameters const& p)
-    : shear_(e.shear()), bulk_(e.bulk())
+    : parameters_(p), shear_(e.shear()), bulk_(e.bulk())
 {
     double const sin_phi = std::sin(p.friction_angle), sin_psi = std::sin(p.dilation_angle);
-    double const cone = sin_phi > 0 ? p.cohesion / std::tan(p.friction_angle) : HUGE_VAL;
-    tip_ = std::min(p.tension, cone);
+    cone_ = sin_phi > 0 ? p.cohesion / std::tan(p.friction_angle) : HUGE_VAL;
+    tip_ = std::min(p.tension, cone_);
     auto const add = [&](Vec3 const& normal, Vec3 const& flow, double limit, bool tension) {
         Vec3 const relief = e.lame() * flow.sum() * Vec3::Ones() + 2 * shear_ * flow;
         face_[faces_++] = {normal, flow, relief, limit, tension};

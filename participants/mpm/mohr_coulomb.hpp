@@ -39,6 +39,10 @@ class MohrCoulombSurface
     Returned bring_back(Vec3 const& trial) const;
     //! The largest excess over any face [Pa]; <= 0: within.
     double excess(Vec3 const& stress) const;
+    MohrCoulombParameters const& parameters() const { return parameters_; }
+    double tip() const { return tip_; }  //!< largest stress that is the same along all axes [Pa]
+    //! Whether the tip is that of the cone, and no tension cuts it off.
+    bool tip_is_of_cone() const { return parameters_.tension >= cone_; }
 
  private:
     static constexpr std::size_t most = 6;
@@ -56,7 +60,9 @@ class MohrCoulombSurface
     template <int K>
     bool try_set(Set const& set, Vec3 const& trial, double tolerance, Returned& out) const;
 
-    double tip_;  //!< T, or the tip of the cone [Pa]
+    MohrCoulombParameters parameters_;
+    double cone_;  //!< c cot(phi), or infinity [Pa]
+    double tip_;   //!< T, or the tip of the cone [Pa]
     double shear_, bulk_;
     std::array<Face, most> face_{};
     std::size_t faces_ = 0;

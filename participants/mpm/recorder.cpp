@@ -83,9 +83,9 @@ void Recorder<D>::picture(double time, State<D> const& state)
 }
 
 template <int D>
-void Recorder<D>::row(double time, Solver<D> const& solver, double balance)
+void Recorder<D>::row(double time, Solver<D> const& solver, double front_depth, double balance)
 {
-    auto const r = run_out_of(solver.setup(), solver.state());
+    auto const r = run_out_of(solver.setup(), solver.state(), front_depth);
     auto const e = solver.energies();
     std::vector<double> row{
         time,       r.front,          r.foremost,       r.height,         e.kinetic,          e.potential,

@@ -23,7 +23,7 @@ class Recorder
 
     void picture(double time, State<D> const& state);
     //! `balance`: of the energies at the start [J].
-    void row(double time, Solver<D> const& solver, double balance);
+    void row(double time, Solver<D> const& solver, double front_depth, double balance);
     void close() { archive_.close(); }
 
  private:

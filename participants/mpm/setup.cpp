@@ -101,6 +101,7 @@ Setup<D> make_setup(Config const& c)
     setup.scheme = c.scheme;
     setup.flip = c.flip;
     setup.affine = c.affine;
+    setup.shared_volume = c.shared_volume;
     setup.damping = c.damping;
     setup.courant = c.courant;
     setup.gravity = vector<D>(c.gravity);
@@ -121,6 +122,7 @@ template <int D>
 Solver<D> make_solver(Config const& c)
 {
     Solver<D> solver(make_setup<D>(c), make_state<D>(c));
+    if (c.threads > 1) solver.use_threads(c.threads);
     require(!c.step || *c.step <= solver.limit(), [&] {
         return Error("mpm: step = " + std::to_string(*c.step) + " s (must be at most " +
                      std::to_string(solver.limit()) +

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "coupler/base/error.hpp"
+#include "participants/mpm/cell_means.hpp"
+#include "participants/mpm/room.hpp"
 #include "participants/mpm/walls.hpp"
 
 namespace mpm {
@@ -15,9 +17,15 @@ using sluice::Error;
 using sluice::Exit;
 using sluice::require;
 
-constexpr double light = 1e-9;  //!< of a full cell's mass
-constexpr double pressed =
-    0.499;  //!< cells by which points may be pressed into a side; at 1/2 it holds them altogether
+//! The fast way, where there is one.
+template <int D>
+auto packed_for(int threads)
+{
+    if constexpr (D == 2)
+        return PackedStep(threads);
+    else
+        return std::monostate{};
+}
 
 template <int D>
 std::string text_of(Vec<D> const& v)
@@ -43,6 +51,7 @@ template <int D>
 Solver<D>::Solver(Setup<D> setup, State<D> state)
     : setup_(std::move(setup)),
       state_(std::move(state)),
+      packed_(packed_for<D>(1)),
       grid_(setup_.cells),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
@@ -68,14 +77,8 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
 template <int D>
 bool Solver<D>::contains(Vec<D> const& place) const
 {
-    Vec<D> low = Vec<D>::Zero(), high;
-    for (int k = 0; k < D; ++k) high[k] = setup_.cells[static_cast<std::size_t>(k)];
-    for (Wall const& wall : setup_.walls) {
-        if (wall.kind == WallKind::open || std::isfinite(wall.removed_at)) continue;
-        (wall.side < 0 ? low : high)[wall.axis] += wall.side * pressed;
-    }
-    Vec<D> const cells = (place - setup_.origin) / setup_.cell;
-    return (cells.array() >= low.array()).all() && (cells.array() <= high.array()).all();
+    auto const [low, high] = room_of(setup_);
+    return (place.array() >= low.array()).all() && (place.array() <= high.array()).all();
 }
 
 template <int D>
@@ -88,6 +91,7 @@ template <int D>
 void Solver<D>::restore(State<D> state)
 {
     state_ = std::move(state);
+    packed_has_points_ = points_are_behind_ = false;
     increments_.resize(state_.points.size());
     find_speed();
 }
@@ -107,16 +111,73 @@ void Solver<D>::step(double dt)
                          number(limit()) + " s, one cell at " + number(speed_) + " m/s). Try step: auto.",
                      Exit::numerical);
     });
+    if (step_packed(dt)) return;
+    step_plain(dt);
+}
+
+template <int D>
+void Solver<D>::use_threads(int threads)
+{
+    write_points();
+    packed_has_points_ = false;
+    packed_ = packed_for<D>(threads);
+}
+
+template <int D>
+void Solver<D>::write_points() const
+{
+    if constexpr (D == 2)
+        if (points_are_behind_) packed_.give(setup_, state_);
+    points_are_behind_ = false;
+}
+
+//! Returns whether it did the step.
+template <int D>
+bool Solver<D>::step_packed(double dt)
+{
+    if constexpr (D == 2) {
+        if (!PackedStep::serves(setup_) || !loads_.empty()) return false;
+        if (!packed_has_points_) packed_.take(state_);
+        packed_has_points_ = true;
+        PackedStep::Outcome o;
+        if (!packed_.step(setup_, state_.time, state_.steps, dt, o)) return false;
+        points_are_behind_ = true;
+        state_.time += dt;
+        ++state_.steps;
+        if (!o.all_inside) check_places();
+        if (!o.all_upright) check_upright();
+        speed_ = o.speed;
+        nodes_reached_ = o.nodes;
+        light_nodes_ += o.light_nodes;
+        Booked& booked = state_.booked;
+        booked.plastic += o.booked.plastic;
+        booked.sliding += o.booked.sliding;
+        booked.damping += o.booked.damping;
+        booked.numerical +=
+            o.kinetic_before - o.kinetic_after + o.gravity - o.stress - o.booked.sliding - o.booked.damping;
+        return true;
+    }
+    return false;
+}
+
+template <int D>
+void Solver<D>::step_plain(double dt)
+{
+    write_points();
+    packed_has_points_ = false;
     places_.clear();
     for (Point<D> const& p : state_.points) places_.push_back(p.place);
     double const kinetic = kinetic_energy(state_);
     Booked const before = state_.booked;
     grid_.clear();
-    transfer_->to_grid(setup_, state_, loads_, grid_);
+    transfer_->to_grid(setup_, state_, loads_, shifts_of_stress(), grid_);
     move_nodes(dt);
+    nodes_reached_ = static_cast<std::size_t>(
+        std::count_if(grid_.nodes().begin(), grid_.nodes().end(), [](auto const& node) { return node.mass > 0; }));
     transfer_->to_points(setup_, state_, grid_, dt);
     set_strain_velocities();
     transfer_->gradients(setup_, state_, places_, grid_, dt, increments_);
+    if (setup_.shared_volume) share_volume();
     if (setup_.affine)  // v* = slope x(n) = slope (I + dt slope)^-1 x(n+1)
         for (Point<D>& p : state_.points) p.slope = (p.slope * (Mat<D>::Identity() + dt * p.slope).inverse()).eval();
     state_.time += dt;
@@ -173,7 +234,7 @@ template <int D>
 void Solver<D>::set_strain_velocities()
 {
     bool const musl = setup_.scheme == Scheme::musl;
-    double const least = light * setup_.density * std::pow(setup_.cell, D);
+    double const least = light_mass(setup_);
     if (musl) transfer_->back_to_grid(setup_, state_, places_, grid_);
     for (Node<D>& node : grid_.nodes()) {
         bool const is_light = node.mass < least;
@@ -185,8 +246,30 @@ void Solver<D>::set_strain_velocities()
         }
         node.strain_velocity /= node.mass;
         for (std::size_t w = 0; w < setup_.walls.size(); ++w)
-            hold_again<D>(setup_.walls[w], node.grip[w], node.strain_velocity);
+            hold_again<D>(setup_.walls[w].axis, node.grip[w], node.strain_velocity);
     }
+}
+
+//! What lies between the mean stress of a point, of its D x D part, and that of its cell [Pa].
+template <int D>
+std::vector<double> Solver<D>::shifts_of_stress() const
+{
+    std::vector<double> own;
+    if (!setup_.shared_volume) return own;
+    for (Point<D> const& p : state_.points) own.push_back(p.matter.stress.template topLeftCorner<D, D>().trace() / D);
+    std::vector<double> shifts = cell_means<D>(setup_, state_, places_, own);
+    for (std::size_t p = 0; p < own.size(); ++p) shifts[p] -= own[p];
+    return shifts;
+}
+
+template <int D>
+void Solver<D>::share_volume()
+{
+    std::vector<double> own;
+    for (Mat<D> const& increment : increments_) own.push_back(increment.determinant());
+    std::vector<double> const shared = cell_means<D>(setup_, state_, places_, own);
+    for (std::size_t p = 0; p < own.size(); ++p)
+        if (own[p] > 0 && shared[p] > 0) increments_[p] *= std::pow(shared[p] / own[p], 1.0 / D);
 }
 
 //! Returns the work that the stress did in it [J].
@@ -200,14 +283,10 @@ double Solver<D>::deform()
             Mat3 const change = in_space(increments_[p], 1);
             Increment const step(change);
             double const ratio = point.matter.ratio * step.ratio, volume = point.volume_now();
-            require(ratio > 0 && std::isfinite(ratio), [&] {
-                return Error(
-                    where(point) + "J = " + number(ratio) + " (must be above 0). Try a shorter step or a finer cell.",
-                    Exit::numerical);
-            });
             Mat3 const old = step.turned(point.matter.stress);
             point.matter.gradient = change * point.matter.gradient;
             point.matter.ratio = ratio;
+            if (!(ratio > 0 && std::isfinite(ratio))) check_upright();
             state_.booked.plastic += point.volume_now() * law.respond(point.matter, step);
             work += 0.25 * (volume + point.volume_now()) * contract(old + point.matter.stress, step.strain);
         }
@@ -217,8 +296,20 @@ double Solver<D>::deform()
 }
 
 template <int D>
+void Solver<D>::check_upright() const
+{
+    for (Point<D> const& p : state().points)
+        require(p.matter.ratio > 0 && std::isfinite(p.matter.ratio), [&] {
+            return Error(
+                where(p) + "J = " + number(p.matter.ratio) + " (must be above 0). Try a shorter step or a finer cell.",
+                Exit::numerical);
+        });
+}
+
+template <int D>
 void Solver<D>::check_places() const
 {
+    write_points();
     for (Point<D> const& p : state_.points) {
         if (contains(p.place)) continue;
         char const* const seen = p.place.allFinite() ? "has left the domain (must stay inside). Try a larger one."
@@ -234,8 +325,8 @@ void Solver<D>::find_speed()
     std::visit(
         [&](auto const& law) {
             for (Point<D> const& p : state_.points) {
-                double const density = p.mass / p.volume_now();
-                speed_ = std::max(speed_, std::sqrt(law.wave_modulus(p.matter) / density) + p.velocity.norm());
+                double const wave = law.wave_modulus(p.matter) * p.volume_now() / p.mass;
+                speed_ = std::max(speed_, std::sqrt(wave) + p.velocity.norm());
             }
         },
         setup_.law);

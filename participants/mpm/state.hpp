@@ -78,9 +78,11 @@ struct Setup
     double density = 0;  //!< of the matter at the start [kg/m3]; what a full cell has
     BasisKind basis = BasisKind::gimp;
     Scheme scheme = Scheme::musl;
-    double flip = 1;      //!< share of FLIP in the velocity update; the rest is PIC
-    bool affine = false;  //!< points bring the gradient of their velocity to the grid
-    double damping = 0;   //!< of all velocities [1/s]
+    double flip = 1;             //!< share of FLIP in the velocity update; the rest is PIC
+    bool affine = false;         //!< points bring the gradient of their velocity to the grid
+    bool shared_volume = false;  //!< the points of a cell share its change of volume (cell_means.hpp)
+    bool one_at_a_time = false;  //!< the plain way, where the plane has a faster one
+    double damping = 0;          //!< of all velocities [1/s]
     double courant = 0.4;
     Vec<D> gravity = Vec<D>::Zero();  //!< [m/s2]
     Law law = LinearElastic{};
@@ -103,7 +105,8 @@ template <int D>
 struct State
 {
     std::vector<Point<D>> points;
-    double time = 0;  //!< [s]
+    std::vector<std::int32_t> order;  //!< in which sums run over the points, where that is not their own (none: empty)
+    double time = 0;                  //!< [s]
     std::int64_t steps = 0;
     Booked booked;
 };

@@ -63,11 +63,14 @@ void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& 
 }
 
 template <int D, class Basis>
-void to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> const> loads, Grid<D>& grid)
+void to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> const> loads,
+             std::span<double const> shifts, Grid<D>& grid)
 {
     for (std::size_t p = 0; p < state.points.size(); ++p) {
         Point<D> const& point = state.points[p];
-        Mat<D> const pull = point.volume_now() * point.matter.stress.template topLeftCorner<D, D>();
+        Mat<D> stress = point.matter.stress.template topLeftCorner<D, D>();
+        if (!shifts.empty()) stress += shifts[p] * Mat<D>::Identity();
+        Mat<D> const pull = point.volume_now() * stress;
         Vec<D> const load = loads.empty() ? Vec<D>::Zero() : loads[p];
         auto const at = stencil_at<D, Basis>(setup, point, point.place);
         at.each(grid, [&](Node<D>& node, double weight, Vec<D> const& gradient) {

@@ -12,8 +12,10 @@ namespace mpm {
 template <int D>
 struct Transfer
 {
-    //! Mass, momentum and forces of the points on the nodes. `loads` [N], one a point, or none.
-    void (*to_grid)(Setup<D> const&, State<D> const&, std::span<Vec<D> const> loads, Grid<D>&);
+    //! Mass, momentum and forces of the points on the nodes. One a point, or none: `loads` [N]; `shifts` of the mean
+    //! stress that pulls, from its own [Pa].
+    void (*to_grid)(Setup<D> const&, State<D> const&, std::span<Vec<D> const> loads, std::span<double const> shifts,
+                    Grid<D>&);
     //! New velocities and places of the points.
     void (*to_points)(Setup<D> const&, State<D>&, Grid<D>&, double dt);
     //! Momentum of the points as they are now, at the weights of the `places` where they were; for MUSL.

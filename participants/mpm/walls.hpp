@@ -27,17 +27,23 @@ Grip hold(Wall const& wall, Vec<D>& v)
 //! The same to the velocity that strain sees: where the wall has acted, and only there. A wall that may be left would
 //! else take inward motion and let outward motion pass, and a body in contact would gain energy.
 template <int D>
-void hold_again(Wall const& wall, Grip grip, Vec<D>& v)
+void hold_again(int axis, Grip grip, Vec<D>& v)
 {
     if (grip == Grip::whole) v.setZero();
-    if (grip == Grip::across) v[wall.axis] = 0;
+    if (grip == Grip::across) v[axis] = 0;
+}
+
+//! The grid line that a wall is on.
+template <int D>
+int line_of(Wall const& wall, Setup<D> const& setup)
+{
+    return static_cast<int>(std::lround((wall.place - setup.origin[wall.axis]) / setup.cell));
 }
 
 template <int D>
 bool holds(Wall const& wall, Setup<D> const& setup, Node<D> const& node)
 {
-    auto const line = std::lround((wall.place - setup.origin[wall.axis]) / setup.cell);
-    return wall.side * (node.index[static_cast<std::size_t>(wall.axis)] - line) >= 0;
+    return wall.side * (node.index[static_cast<std::size_t>(wall.axis)] - line_of(wall, setup)) >= 0;
 }
 
 }  // namespace mpm

@@ -77,6 +77,11 @@ TEST_CASE("checkpoint: one that lacks something, or does not fit, is refused and
     sluice::State fewer;
     mpm::keep(mpm::make_solver<2>(small), fewer);
     CHECK(refused(fewer).find("points/id") != std::string::npos);
+    auto disordered = solver.state();
+    disordered.order.assign(disordered.points.size(), 0);
+    sluice::State twice;
+    mpm::keep(mpm::Solver<2>(solver.setup(), disordered), twice);
+    CHECK(refused(twice).find("points/order") != std::string::npos);
     auto broken = solver;
     broken.points()[5].place[0] = 0.6;
     sluice::State outside;
@@ -92,10 +97,16 @@ TEST_CASE("measures: the front is that of the main mass, height that at the back
         c.walls.resize(2);
         return c;
     }());
-    auto const r = mpm::run_out_of(solver.setup(), solver.state());
-    CHECK(r.front == close_to(0.1));
+    auto const r = mpm::run_out_of(solver.setup(), solver.state(), 0.005);
+    CHECK(r.front == close_to(0.1 + 0.02 * (0.5 - 0.005 / 0.1)));  // a mean over two cells
     CHECK(r.foremost == close_to(0.32));
     CHECK(r.height == close_to(0.1));
+    auto tongue = solver.state();  // one layer of points, half a cell deep, ahead of the rest
+    for (auto& p : tongue.points)
+        if (p.place[1] < 0.005 && p.place[0] > 0.05 && p.place[0] < 0.1) p.place[0] += 0.05;
+    CHECK(mpm::run_out_of(solver.setup(), tongue, 0.004).front == close_to(0.15 + 0.02 * (0.5 - 0.004 / 0.005)));
+    CHECK(mpm::run_out_of(solver.setup(), tongue, 0.006).front ==
+          close_to(0.1 + 0.02 * (0.5 - (0.006 - 0.005) / (0.095 - 0.005))));
     auto const centre = mpm::centre_of_mass(solver.state());
     CHECK(centre[0] == close_to((0.01 * 0.05 + 0.003 * 0.31) / 0.013));
     CHECK(centre[1] == close_to((0.01 * 0.05 + 0.003 * 0.075) / 0.013));

@@ -47,6 +47,12 @@ TEST_CASE("config: defaults")
     CHECK(c.scheme == mpm::Scheme::musl);
     CHECK(c.flip == 0.99);
     CHECK(c.affine);
+    CHECK(c.shared_volume);
+    CHECK(!c.front_depth);
+    CHECK(c.threads == 1);
+    CHECK(!read(domain + "material: {law: linear_elastic, density: 1900, youngs_modulus: 2e6, poissons_ratio: 0}\n" +
+                column)
+               .shared_volume);
     CHECK(c.damping == 0);
     CHECK(c.courant == 0.4);
     CHECK(!c.step);
@@ -71,6 +77,9 @@ width: stretch
 scheme: usl
 flip: 0.9
 affine: false
+shared_volume: false
+front_depth: 0.002
+threads: 2
 damping: 5
 courant: 0.2
 step: 1e-5
@@ -89,6 +98,9 @@ geostatic: {surface: 0.08, k0: 0.5}
     CHECK(c.scheme == mpm::Scheme::usl);
     CHECK(c.flip == 0.9);
     CHECK(!c.affine);
+    CHECK(!c.shared_volume);
+    CHECK(*c.front_depth == 0.002);
+    CHECK(c.threads == 2);
     CHECK(c.damping == 5);
     CHECK(c.courant == 0.2);
     CHECK(*c.step == 1e-5);

@@ -1,0 +1,204 @@
+#pragma once
+
+#include "participants/mpm/packed_points.hpp"
+#include "participants/mpm/packed_stencil.hpp"
+
+//! The loops of PackedStep over the points of one chunk.
+namespace mpm::packed {
+
+//! Planes of a chunk's box: what its points give.
+enum Given : std::size_t
+{
+    g_mass,
+    g_px,
+    g_py,
+    g_fx,
+    g_fy,
+    g_qx,  //!< momentum again, of the new velocities
+    g_qy,
+    g_volume,  //!< cells, at their lower left node
+    g_value,
+    given
+};
+
+//! Planes of the nodes.
+enum Taken : std::size_t
+{
+    n_mass,
+    n_px,
+    n_py,
+    n_fx,
+    n_fy,
+    n_qx,
+    n_qy,
+    n_volume,
+    n_value,
+    n_vx,  //!< velocity after forces and walls
+    n_vy,
+    n_dx,  //!< its change
+    n_dy,
+    n_bx,  //!< velocity before
+    n_by,
+    n_ux,  //!< of which strain is the gradient
+    n_uy,
+    n_mean,
+    taken
+};
+
+using P = PackedPoints;
+
+//! Volume and volume x value of the cells.
+inline void add_to_cells(PackedPoints const& p, std::size_t k, Pack volume, Pack value, Planes const& box)
+{
+    FourIndices const at = box.at(sluice::packs::below(load(p[P::cx] + k)), sluice::packs::below(load(p[P::cy] + k)));
+    Pack const product = volume * value;
+    for (int lane = 0; lane < 4; ++lane) {
+        box[g_volume][at[lane]] += volume[lane];
+        box[g_value][at[lane]] += product[lane];
+    }
+}
+inline Pack of_cells(PackedPoints const& p, std::size_t k, Planes const& nodes)
+{
+    FourIndices const at = nodes.at(sluice::packs::below(load(p[P::cx] + k)), sluice::packs::below(load(p[P::cy] + k)));
+    double const* const mean = nodes[n_mean];
+    return Pack{mean[at[0]], mean[at[1]], mean[at[2]], mean[at[3]]};
+}
+
+inline void mean_stress_to_cells(PackedPoints const& p, std::size_t begin, std::size_t end, Planes const& box)
+{
+    for (std::size_t k = begin; k < end; k += 4)
+        add_to_cells(p, k, load(p[P::volume] + k) * load(p[P::ratio] + k),
+                     all(0.5) * (load(p[P::sxx] + k) + load(p[P::syy] + k)), box);
+}
+
+//! Returns the kinetic energy of the points.
+template <bool affine, bool shared>
+double to_grid(PackedPoints const& p, std::size_t begin, std::size_t end, double half_width, double cell,
+               Planes const& box, Planes const& nodes)
+{
+    Pack kinetic{};
+    auto const stride = static_cast<std::size_t>(box.stride);
+    for (std::size_t k = begin; k < end; k += 4) {
+        AxisWeights const ax(load(p[P::cx] + k), half_width), ay(load(p[P::cy] + k), half_width);
+        FourRows const rows(ax);
+        Pack const mass = load(p[P::mass] + k), vx = load(p[P::vx] + k), vy = load(p[P::vy] + k);
+        kinetic = madd(mass, madd(vx, vx, vy * vy), kinetic);
+        Momentum<affine> momentum(ax, ay, mass, vx, vy, load(p[P::lxx] + k), load(p[P::lxy] + k), load(p[P::lyx] + k),
+                                  load(p[P::lyy] + k), cell);
+        Pack sxx = load(p[P::sxx] + k), syy = load(p[P::syy] + k);
+        if constexpr (shared) {
+            Pack const shift = of_cells(p, k, nodes) - all(0.5) * (sxx + syy);
+            sxx += shift, syy += shift;
+        }
+        Pack const pull = all(-1 / cell) * load(p[P::volume] + k) * load(p[P::ratio] + k);
+        sxx *= pull, syy *= pull;
+        Pack const sxy = pull * load(p[P::sxy] + k);
+        Pack m[3], xx[3], xy[3], yx[3], yy[3];
+        for (int j = 0; j < 3; ++j) {
+            m[j] = mass * ay.w[j];
+            xx[j] = sxx * ay.w[j], xy[j] = sxy * ay.s[j];
+            yx[j] = sxy * ay.w[j], yy[j] = syy * ay.s[j];
+        }
+        FourIndices const at = box.at(ax.first, ay.first);
+        for (int lane = 0; lane < 4; ++lane) {
+            double* to = box.data + at[lane];
+            Pack const w = rows.w[lane], s = rows.s[lane];
+            momentum.add(lane, w, to + g_px * box.plane, to + g_py * box.plane, stride);
+            for (int j = 0; j < 3; ++j, to += stride) {
+                store(to, madd(w, all(m[j][lane]), load(to)));
+                double *fx = to + g_fx * box.plane, *fy = to + g_fy * box.plane;
+                store(fx, madd(s, all(xx[j][lane]), madd(w, all(xy[j][lane]), load(fx))));
+                store(fy, madd(s, all(yx[j][lane]), madd(w, all(yy[j][lane]), load(fy))));
+            }
+        }
+    }
+    return 0.5 * sluice::packs::sum(kinetic);
+}
+
+//! What a step makes of the points of a chunk.
+struct Moved
+{
+    double kinetic = 0, gravity = 0;  //!< energy, work [J/m]
+    bool inside = true;
+};
+
+//! The box in which points may be [m].
+struct Room
+{
+    double low[2], high[2];
+};
+
+template <bool affine, bool musl>
+Moved to_points(PackedPoints& p, std::size_t begin, std::size_t end, Setup<2> const& setup, double half_width,
+                double dt, Room const& room, Planes const& box, Planes const& nodes)
+{
+    Pack kinetic{}, gravity{};
+    PackMask inside = all(0) == all(0);
+    double const cell = setup.cell;
+    auto const stride = static_cast<std::size_t>(nodes.stride), box_stride = static_cast<std::size_t>(box.stride);
+    Pack const flip = all(setup.flip), pic = all(1 - setup.flip), per_cell = all(1 / cell), step = all(dt);
+    for (std::size_t k = begin; k < end; k += 4) {
+        AxisWeights const ax(load(p[P::cx] + k), half_width), ay(load(p[P::cy] + k), half_width);
+        FourRows const rows(ax);
+        FourIndices const at = nodes.at(ax.first, ay.first);
+        constexpr bool slopes = affine || !musl;
+        Gathered const x = gather<true, slopes>(nodes[n_vx], at, stride, rows, ay);
+        Gathered const y = gather<true, slopes>(nodes[n_vy], at, stride, rows, ay);
+        Pack const dx = gather<true, false>(nodes[n_dx], at, stride, rows, ay).value;
+        Pack const dy = gather<true, false>(nodes[n_dy], at, stride, rows, ay).value;
+        Pack const vx = flip * (load(p[P::vx] + k) + dx) + pic * x.value;
+        Pack const vy = flip * (load(p[P::vy] + k) + dy) + pic * y.value;
+        Pack const mass = load(p[P::mass] + k);
+        store(p[P::vx] + k, vx), store(p[P::vy] + k, vy);
+        kinetic = madd(mass, madd(vx, vx, vy * vy), kinetic);
+        Pack const px = load(p[P::x] + k) + step * x.value, py = load(p[P::y] + k) + step * y.value;
+        gravity = madd(mass * step, madd(all(setup.gravity[0]), x.value, all(setup.gravity[1]) * y.value), gravity);
+        store(p[P::x] + k, px), store(p[P::y] + k, py);
+        inside &=
+            (px >= all(room.low[0])) & (px <= all(room.high[0])) & (py >= all(room.low[1])) & (py <= all(room.high[1]));
+        Pack lxx{}, lxy{}, lyx{}, lyy{};
+        if constexpr (slopes) {
+            lxx = x.along_x * per_cell, lxy = x.along_y * per_cell;
+            lyx = y.along_x * per_cell, lyy = y.along_y * per_cell;
+            store(p[P::lxx] + k, lxx), store(p[P::lxy] + k, lxy);
+            store(p[P::lyx] + k, lyx), store(p[P::lyy] + k, lyy);
+        }
+        if constexpr (musl) {
+            Momentum<affine> const momentum(ax, ay, mass, vx, vy, lxx, lxy, lyx, lyy, cell);
+            FourIndices const to = box.at(ax.first, ay.first);
+            for (int lane = 0; lane < 4; ++lane)
+                momentum.add(lane, rows.w[lane], box[g_qx] + to[lane], box[g_qy] + to[lane], box_stride);
+        }
+    }
+    return {0.5 * sluice::packs::sum(kinetic), sluice::packs::sum(gravity), sluice::packs::bits(inside) == 15U};
+}
+
+//! The increment of the deformation gradient, from the nodes' velocities or from the gradients that points have.
+template <bool gathered, bool shared>
+void gradients(PackedPoints& p, std::size_t begin, std::size_t end, Setup<2> const& setup, double half_width, double dt,
+               Planes const& box, Planes const& nodes)
+{
+    auto const stride = static_cast<std::size_t>(nodes.stride);
+    for (std::size_t k = begin; k < end; k += 4) {
+        Pack xx, xy, yx, yy;
+        if constexpr (gathered) {
+            AxisWeights const ax(load(p[P::cx] + k), half_width), ay(load(p[P::cy] + k), half_width);
+            FourRows const rows(ax);
+            FourIndices const at = nodes.at(ax.first, ay.first);
+            Gathered const x = gather<false, true>(nodes[n_ux], at, stride, rows, ay);
+            Gathered const y = gather<false, true>(nodes[n_uy], at, stride, rows, ay);
+            Pack const step = all(dt / setup.cell);
+            xx = step * x.along_x, xy = step * x.along_y, yx = step * y.along_x, yy = step * y.along_y;
+        } else {
+            Pack const step = all(dt);
+            xx = step * load(p[P::lxx] + k), xy = step * load(p[P::lxy] + k);
+            yx = step * load(p[P::lyx] + k), yy = step * load(p[P::lyy] + k);
+        }
+        store(p[P::gxx] + k, xx), store(p[P::gxy] + k, xy), store(p[P::gyx] + k, yx), store(p[P::gyy] + k, yy);
+        if constexpr (shared)
+            add_to_cells(p, k, load(p[P::volume] + k) * load(p[P::ratio] + k), (all(1) + xx) * (all(1) + yy) - xy * yx,
+                         box);
+    }
+}
+
+}  // namespace mpm::packed

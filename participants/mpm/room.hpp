@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cmath>
+#include <utility>
+
+#include "participants/mpm/state.hpp"
+
+namespace mpm {
+
+constexpr double pressed =
+    0.499;  //!< cells by which points may be pressed into a side; at 1/2 it holds them altogether
+
+//! Where points may be [m]: in the domain, or in a side that is a wall by less than half a cell, where nothing moves
+//! them further.
+template <int D>
+std::pair<Vec<D>, Vec<D>> room_of(Setup<D> const& setup)
+{
+    Vec<D> low = Vec<D>::Zero(), high;
+    for (int k = 0; k < D; ++k) high[k] = setup.cells[static_cast<std::size_t>(k)];
+    for (Wall const& wall : setup.walls) {
+        if (wall.kind == WallKind::open || std::isfinite(wall.removed_at)) continue;
+        (wall.side < 0 ? low : high)[wall.axis] += wall.side * pressed;
+    }
+    return {setup.origin + setup.cell * low, setup.origin + setup.cell * high};
+}
+
+//! Mass below which a node is light [kg]: its acceleration is felt by points, not by strain.
+template <int D>
+double light_mass(Setup<D> const& setup)
+{
+    return 1e-9 * setup.density * std::pow(setup.cell, D);  // of a full cell
+}
+
+}  // namespace mpm

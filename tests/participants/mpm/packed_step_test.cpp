@@ -1,0 +1,184 @@
+#include "participants/mpm/packed_step.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "participants/mpm/setup.hpp"
+#include "participants/mpm/solver.hpp"
+
+namespace {
+
+mpm::Law soil(mpm::MohrCoulombParameters const& p)
+{
+    mpm::Elasticity const e{1e6, 0.3};
+    return mpm::MohrCoulomb{e, mpm::MohrCoulombSurface(e, p)};
+}
+
+//! A column that falls on a rough floor behind a gate, and a block that falls on it.
+mpm::Config collapse(mpm::Law const& law)
+{
+    mpm::Config c;
+    c.gravity = {0, -9.81, 0};
+    c.size = {0.6, 0.3, 0};
+    c.cell = 0.01;
+    c.density = 1900;
+    c.law = law;
+    c.bodies.push_back({.low = {0, 0, 0}, .high = {0.1, 0.15, 0}});
+    c.bodies.push_back({.low = {0.02, 0.17, 0}, .high = {0.07, 0.22, 0}, .velocity = {0.4, -1.3, 0}});
+    c.walls = {{.axis = 0, .side = -1},
+               {.axis = 1, .side = -1, .kind = mpm::WallKind::rough, .friction = 0.4},
+               {.axis = 1, .side = 1, .place = 0.3, .kind = mpm::WallKind::fixed},
+               {.axis = 0, .side = 1, .place = 0.1, .kind = mpm::WallKind::rough, .friction = 0.2, .removed_at = 0.01}};
+    return c;
+}
+
+mpm::Solver<2> plain(mpm::Config const& c)
+{
+    auto setup = mpm::make_setup<2>(c);
+    setup.one_at_a_time = true;
+    return {setup, mpm::make_state<2>(c)};
+}
+
+//! The largest difference between two runs, of places in cells, of stress and velocity by their largest.
+double difference(mpm::Solver<2> const& a, mpm::Solver<2> const& b)
+{
+    double place = 0, stress = 0, velocity = 0, most_stress = 1e-30, most_velocity = 1e-30, rest = 0;
+    for (std::size_t p = 0; p < a.state().points.size(); ++p) {
+        auto const &one = a.state().points[p], &other = b.state().points[p];
+        place = std::max(place, (one.place - other.place).norm() / a.setup().cell);
+        stress = std::max(stress, (one.matter.stress - other.matter.stress).norm());
+        most_stress = std::max(most_stress, one.matter.stress.norm());
+        velocity = std::max(velocity, (one.velocity - other.velocity).norm());
+        most_velocity = std::max(most_velocity, one.velocity.norm());
+        rest = std::max({rest, (one.slope - other.slope).norm() * a.setup().cell / most_velocity,
+                         (one.matter.gradient - other.matter.gradient).norm(),
+                         std::abs(one.matter.ratio - other.matter.ratio), std::abs(one.matter.gap - other.matter.gap),
+                         std::abs(one.matter.plastic_strain - other.matter.plastic_strain)});
+    }
+    return std::max({place, stress / most_stress, velocity / most_velocity, rest});
+}
+
+double difference(mpm::Energies const& a, mpm::Energies const& b)
+{
+    auto const &x = a.booked, &y = b.booked;
+    double const all = std::abs(x.plastic - y.plastic) + std::abs(x.sliding - y.sliding) +
+                       std::abs(x.damping - y.damping) + std::abs(x.numerical - y.numerical) +
+                       std::abs(a.kinetic - b.kinetic) + std::abs(a.elastic - b.elastic);
+    return all / (std::abs(a.kinetic) + x.plastic);
+}
+
+}  // namespace
+
+TEST_CASE("packed_step: four points at a time do what one at a time does, with every feature")
+{
+    double const degree = std::numbers::pi / 180;
+    struct Case
+    {
+        char const* name;
+        mpm::Law law;
+        bool musl, affine, shared;
+        mpm::BasisKind basis;
+        double flip, damping;
+        int points;
+    };
+    mpm::Law const dry = soil({.friction_angle = 23 * degree});
+    mpm::Law const dilating = soil({.friction_angle = 30 * degree, .dilation_angle = 10 * degree, .cohesion = 300});
+    mpm::Law const cut = soil({.friction_angle = 30 * degree, .cohesion = 500, .tension = 100});
+    mpm::Law const clay = soil({.cohesion = 400, .tension = HUGE_VAL});
+    using enum mpm::BasisKind;
+    for (Case const& k : {Case{"dry", dry, true, true, true, gimp, 0.99, 0, 2},
+                          {"volume of its own", dry, true, true, false, gimp, 0.99, 0, 2},
+                          {"usl", dry, false, true, true, gimp, 0.99, 0, 2},
+                          {"not affine", dry, true, false, false, gimp, 0.95, 0, 2},
+                          {"usl, not affine", dry, false, false, true, gimp, 0.95, 3, 2},
+                          {"spline", dry, true, true, false, spline, 0.99, 0, 2},
+                          {"three points", dilating, true, true, true, gimp, 1, 0, 3},
+                          {"one point", cut, true, true, true, gimp, 0.99, 2, 1},
+                          {"tension", cut, true, true, false, gimp, 0.99, 0, 2},
+                          {"dilation", dilating, false, true, false, spline, 0.99, 0, 2},
+                          {"clay", clay, true, true, true, gimp, 0.99, 0, 2},
+                          {"elastic", mpm::LinearElastic{{1e6, 0.3}}, true, true, true, gimp, 0.99, 0, 2},
+                          {"elastic, usl", mpm::LinearElastic{{1e6, 0.3}}, false, true, false, gimp, 0.99, 1, 2}}) {
+        CAPTURE(k.name);
+        auto c = collapse(k.law);
+        c.scheme = k.musl ? mpm::Scheme::musl : mpm::Scheme::usl;
+        c.affine = k.affine;
+        c.shared_volume = k.shared;
+        c.basis = k.basis;
+        c.flip = k.flip;
+        c.damping = k.damping;
+        c.points = k.points;
+        auto fast = mpm::make_solver<2>(c), slow = plain(c);
+        REQUIRE(mpm::PackedStep::serves(fast.setup()));
+        REQUIRE_FALSE(mpm::PackedStep::serves(slow.setup()));
+        fast.step(slow.longest_step());
+        slow.step(slow.longest_step());
+        CHECK(difference(fast, slow) < 1e-10);
+        while (slow.time() < 0.03) {
+            double const dt = slow.longest_step();
+            fast.step(dt);
+            slow.step(dt);
+        }
+        CHECK(slow.state().steps > 100);
+        // rounding grows where points part and meet again: a gap opens or not
+        CHECK(difference(fast, slow) < 1e-5);
+        CHECK(difference(fast.energies(), slow.energies()) < 1e-7);
+        CHECK(std::abs(fast.longest_step() / slow.longest_step() - 1) < 1e-7);
+        CHECK(std::abs(double(fast.nodes()) - double(slow.nodes())) <= 0.02 * double(slow.nodes()));
+        // a weight next to zero may be either side of it
+        CHECK(std::abs(double(fast.light_nodes() - slow.light_nodes())) <= 0.03 * double(slow.light_nodes()));
+    }
+}
+
+TEST_CASE("packed_step: no bit depends on the number of threads")
+{
+    auto c = collapse(soil({.friction_angle = 0.4}));
+    c.cell = 0.005;
+    c.shared_volume = true;
+    auto one = mpm::make_solver<2>(c);
+    CHECK(one.state().points.size() > 2 * mpm::PackedStep::chunk);
+    for (int const threads : {2, 3}) {
+        auto other = mpm::make_solver<2>(c);
+        auto first = one;
+        other.use_threads(threads);
+        for (int k = 0; k < 100; ++k) {
+            first.step(first.longest_step());
+            other.step(other.longest_step());
+        }
+        CHECK(difference(first, other) == 0);
+        CHECK(difference(first.energies(), other.energies()) == 0);
+        CHECK(first.longest_step() == other.longest_step());
+    }
+}
+
+TEST_CASE("packed_step: it can be left and taken up in the middle of a run")
+{
+    auto c = collapse(soil({.friction_angle = 0.4}));
+    auto slow = plain(c), mixed = mpm::make_solver<2>(c);
+    std::vector<mpm::Vec<2>> const none(slow.state().points.size(), mpm::Vec<2>::Zero());
+    for (int k = 0; k < 60; ++k) {
+        mixed.set_loads(k / 10 % 2 == 0 ? decltype(none){} : none);  // loads go the plain way
+        double const dt = slow.longest_step();
+        slow.step(dt);
+        mixed.step(dt);
+    }
+    CHECK(difference(mixed, slow) < 1e-7);
+}
+
+TEST_CASE("packed_step: points that are far from each other take the plain way")
+{
+    auto c = collapse(mpm::LinearElastic{{1e6, 0.3}});
+    c.size = {60, 60, 0};
+    c.bodies = {{.low = {0, 0, 0}, .high = {0.01, 0.01, 0}}, {.low = {50, 50, 0}, .high = {50.01, 50.01, 0}}};
+    c.walls.clear();
+    auto solver = mpm::make_solver<2>(c), slow = plain(c);
+    for (int k = 0; k < 10; ++k) {
+        double const dt = slow.longest_step();
+        solver.step(dt);
+        slow.step(dt);
+    }
+    CHECK(difference(solver, slow) == 0);
+}
