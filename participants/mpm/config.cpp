@@ -77,7 +77,7 @@ void read_scheme(sluice::Reader& r, Config& c)
                  "beside basis = linear (its slopes do not vanish with its weights: a node of little mass would "
                  "kick the gradient). Leave it out, or try basis: gimp.");
     c.damping = r.number_or("damping", c.damping, {.min = 0.0, .unit = "1/s"});
-    c.courant = r.number_or("courant", c.courant, {.above = 0.0, .max = 0.6});
+    c.courant = r.number_or("courant", c.courant, {.above = 0.0, .max = largest_courant});
     c.step = r.number_unless("step", "auto", {.above = 0.0, .unit = "s"});
 }
 

@@ -36,6 +36,9 @@ struct ColumnConfig
     double width = 0, height = 0;  //!< [m]
 };
 
+//! Cells a step at the speed of sound: beyond, energy grows (README.md, Limits).
+inline constexpr double largest_courant = 0.6;
+
 //! Everything the solver needs, in SI; made by read_config() or by hand, constant afterwards.
 struct Config
 {
@@ -60,7 +63,8 @@ struct Config
     std::optional<ColumnConfig> column;
     std::vector<Wall> walls;
     std::optional<GeostaticConfig> geostatic;
-    std::optional<double> front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of the root of its area
+    std::optional<double>
+        front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of the root of its area
     int threads = 1;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 
@@ -123,11 +124,14 @@ Solver<D> make_solver(Config const& c)
 {
     Solver<D> solver(make_setup<D>(c), make_state<D>(c));
     if (c.threads > 1) solver.use_threads(c.threads);
-    require(!c.step || *c.step <= solver.limit(), [&] {
-        return Error("mpm: step = " + std::to_string(*c.step) + " s (must be at most " +
-                     std::to_string(solver.limit()) +
-                     " s, one cell at the speed of sound and of the fastest point). "
-                     "Try step: auto.");
+    double const longest = largest_courant * solver.limit();
+    require(!c.step || *c.step <= longest, [&] {
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "mpm: step = %.4g s (must be at most %.4g s, %g cells at the speed of sound and of the fastest "
+                      "point). Try step: auto.",
+                      *c.step, longest, largest_courant);
+        return Error(text);
     });
     return solver;
 }

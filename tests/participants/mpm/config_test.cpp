@@ -185,7 +185,7 @@ TEST_CASE("setup: a step above the limit, a body without points and one outside 
     };
     mpm::Config c = read(domain + material + column);
     c.step = 1e-3;
-    CHECK(contains(refused(c), "one cell at the speed"));
+    CHECK(contains(refused(c), "0.6 cells at the speed"));
     c = read(domain + material + column);
     c.bodies[0].high = {0.001, 0.001, 0};
     CHECK(contains(refused(c), "no points"));
