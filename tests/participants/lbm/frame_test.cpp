@@ -145,7 +145,7 @@ TEST_CASE("frame: the centrifugal field with gravity on the lattice: at rest, wi
     CHECK(std::abs(solver.loads().force[1] / -weight - 1) < 0.01);
 }
 
-TEST_CASE("frame: one that is brought to its rate pushes the fluid round; what was kept goes on bit for bit")
+TEST_CASE("frame: one that is brought to its rate pushes the fluid round, and a run that was kept goes on bit for bit")
 {
     auto c = config<3>({10, 10, 6});
     for (std::size_t k = 0; k < 2; ++k) c.set_periodic(k, false);
