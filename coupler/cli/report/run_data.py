@@ -41,6 +41,8 @@ class Run:
         self.scene = self._read_text("scene.yaml", "the scene's text cannot be shown")
         self.participants = [p for p in self.summary.get("participants", []) if isinstance(p, dict)]
         self.grains_name, self.grains = self._open(GRAINS + CONTINUUM, "position")
+        solvers = {p.get("name"): os.path.basename(str(p.get("solver"))) for p in self.participants}
+        self.matter = "continuum" if solvers.get(self.grains_name) in CONTINUUM else "grains"
         self.fluid_name, self.fluid = self._open(FLUID, "spacing")
         self.title = self.summary.get("title") or os.path.basename(os.path.abspath(folder))
         self.gravity = float(numpy.linalg.norm(self.summary.get("gravity") or [9.81]))

@@ -90,7 +90,8 @@ def view(run, times):
     x0, x1 = min((g.x - g.radius).min() for g in shown), max((g.x + g.radius).max() for g in shown)
     y0, y1 = min((g.y - g.radius).min() for g in shown), max((g.y + g.radius).max() for g in shown)
     margin = 0.12 * (y1 - y0)
-    box = [x0 - 0.2 * margin, x1 + 2.5 * margin, y0 - 0.2 * margin, y1 + 2 * margin]
+    behind = 2.5 if run.fluid else 0.2  # grains alone stand against something there
+    box = [x0 - behind * margin, x1 + 2.5 * margin, y0 - behind * margin, y1 + 2 * margin]
     if run.fluid:
         limits = Fluid(run.fluid, run.fluid.steps[0]).extent
         box = [max(box[0], limits[0]), min(box[1], limits[1]), max(box[2], limits[2]), min(box[3], limits[3])]
@@ -112,6 +113,7 @@ class Scales:
 
     def __init__(self, run, times):
         self.grains = self.fluid = self.vorticity = None
+        self.matter = run.matter
         if run.grains:
             self.grains = Normalize(0, _top([Grains(run.grains.nearest(t)).speed for t in times], 99.0))
         if run.fluid:
@@ -170,7 +172,7 @@ def colour_bars(figure, axes, scales, vorticity=False, **options):
         bars.append((scales.vorticity, SPIN, "vorticity  [1/s]  (> 0: counter-clockwise)", "both"))
     else:
         if scales.grains:
-            bars.append((scales.grains, SAND, "speed of the grains  [m/s]", "max"))
+            bars.append((scales.grains, SAND, f"speed of the {scales.matter}  [m/s]", "max"))
         if scales.fluid:
             bars.append((scales.fluid, WATER, "speed of the fluid  [m/s]", "max"))
     for norm, colours, label, extend in bars:

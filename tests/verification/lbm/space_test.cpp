@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/verification/lbm/lattice_case.hpp"
@@ -212,4 +213,49 @@ TEST_CASE("L12: plane Poiseuille flow with Smagorinsky's model, in the plane and
     });
     for (int k = 0; k < steps; ++k) solver.step();
     report("L2 of u, D3Q19", solver, 3, watch.seconds());
+}
+
+namespace {
+
+//! Slip velocity of a free sphere, twice as dense as the fluid, in a periodic cube, over Stokes' velocity; the fluid is
+//! driven the other way, so that all momentum stays 0.
+double settling(std::ptrdiff_t side, double concentration)
+{
+    auto const length = static_cast<double>(side);
+    lbm::Config c = config_in_space({side, side, side}, 1.0, {true, true, true});
+    double const radius = 0.5 * std::cbrt(6 * concentration / pi) * length,
+                 volume = 4.0 / 3.0 * pi * std::pow(radius, 3);
+    double const stokes = 0.01 * c.viscosity / radius;  // Re below 0.02
+    double const push = 6 * pi * c.viscosity * radius * stokes;
+    c.acceleration = {-push / (std::pow(length, 3) - volume), 0, 0};  // on what is fluid: the load gives back the rest
+    lbm::Solver<3> solver(c);
+    std::vector<double> position{0.5 * length + 0.2, 0.5 * length + 0.1, 0.5 * length}, velocity(3), spin(3);
+    std::vector<double> const size{radius};
+    auto const steps = static_cast<int>(1.5 * length * length / c.viscosity);
+    double slip = 0;
+    for (int k = 0; k < steps; ++k) {
+        solver.set_bodies({position, velocity, spin, size});
+        solver.step();
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            velocity[axis] += (solver.loads().force[axis] + (axis == 0 ? push : 0)) / (2 * volume);
+            position[axis] += velocity[axis];
+        }
+        if (k + 1 == steps) slip = velocity[0] - mean_velocity(solver, 0);
+    }
+    return slip / stokes;
+}
+
+}  // namespace
+
+TEST_CASE("C01: a free sphere settles in a periodic cube, d = 10 cells")
+{
+    // 1/((1 - c) K), K of Zick and Homsy; mark 3 % with d = 10 cells
+    for (auto const& [side, concentration, reference] :
+         {std::tuple{std::ptrdiff_t{16}, 0.125, 0.2663016169}, std::tuple{std::ptrdiff_t{27}, 0.027, 0.5118916232}}) {
+        verification::Stopwatch const watch;
+        double const got = settling(side, concentration);
+        CHECK(verification::report(
+            {"C01", text("W/U_Stokes at c=%.3f, L=%.0f dx [-]", concentration, static_cast<double>(side)), got,
+             reference, relative(got, reference), 0.03, watch.seconds()}));
+    }
 }
