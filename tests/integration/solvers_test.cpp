@@ -260,7 +260,7 @@ TEST_CASE(
           std::string::npos);
 }
 
-TEST_CASE("a centrifuge: a dropped disc lags, its work is booked, and a fluid that knows no rotation is refused")
+TEST_CASE("a centrifuge: a dropped disc lags, its work is booked, and a continuum that knows no rotation is refused")
 {
     in_threads::Scratch scratch;
     auto const scene = scratch.path() / "drop.yaml";
@@ -286,11 +286,11 @@ participants:
     CHECK_FALSE(table.contains("field_work [J/m]"));  // the rate is steady: all is in the potential
     auto const& balance = table.at("balance [J/m]");
     CHECK(std::abs(balance.back() - balance.front()) < 1e-6 * std::abs(balance.front()));
-    auto const wet = shell::run({sluice_command, "check", configs / "immersed_column.yaml", "--set",
-                                 "frame={rotating: {axis: [0, 2], rate: 5}}"},
-                                scratch.path() / "wet.output", 250);
-    CHECK(wet.exit == 2);
-    CHECK(wet.output.find("the solver of \"water\" knows no frame but the inertial one") != std::string::npos);
+    auto const soil = shell::run(
+        {sluice_command, "check", configs / "mpm_column.yaml", "--set", "frame={rotating: {axis: [0, 2], rate: 5}}"},
+        scratch.path() / "soil.output", 250);
+    CHECK(soil.exit == 2);
+    CHECK(soil.output.find("the solver of \"soil\" knows no frame but the inertial one") != std::string::npos);
 }
 
 TEST_CASE("measures: of a settled column the files agree, and the contacts carry the weights")
