@@ -9,7 +9,7 @@
 //! What the collisions of a row of cells share (collide_plane.hpp, collide_space.hpp).
 namespace lbm {
 
-//! What a run of the solver needs; chosen once, from the list in solver.cpp.
+//! What a run of the solver needs; chosen once (kernels.hpp).
 struct Features
 {
     bool les = false;

@@ -6,8 +6,6 @@
 #include <numeric>
 
 #include "coupler/base/error.hpp"
-#include "participants/lbm/collide_plane.hpp"
-#include "participants/lbm/collide_space.hpp"
 #include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/solids.hpp"
 
@@ -20,45 +18,6 @@ using sluice::require;
 constexpr std::ptrdiff_t block = 8;         //!< cells that go to one kernel or the other together
 constexpr std::ptrdiff_t rows_a_chunk = 4;  //!< handed to a thread at a time
 constexpr std::int64_t watch_every = 64;    //!< steps
-
-template <int D>
-using Kernel = void (*)(Slots<D> const&, std::ptrdiff_t, std::ptrdiff_t, Relaxation const&, SolidRow const&);
-
-template <int D>
-struct Kernels
-{
-    Features features;  //!< of the fluid between the grains
-    Kernel<D> fluid, covered;
-};
-
-template <int D, bool Les, bool Force, bool Split, bool Frame = false>
-constexpr Kernels<D> kernels = {
-    {.les = Les, .force = Force, .split = Split, .frame = Frame},
-    collide<Features{.les = Les, .force = Force, .split = Split, .frame = Frame}>,
-    collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame}>};
-
-template <int D>
-constexpr std::array<Kernels<D>, 6> supported_in_all = {
-    kernels<D, false, false, false>, kernels<D, false, true, false>,       kernels<D, true, false, false>,
-    kernels<D, true, true, false>,   kernels<D, false, true, false, true>, kernels<D, true, true, false, true>};
-constexpr std::array<Kernels<3>, 3> supported_in_space = {kernels<3, false, false, true>, kernels<3, false, true, true>,
-                                                          kernels<3, false, true, true, true>};
-
-template <int D>
-Kernels<D> choose(Config const& c)
-{
-    bool const les = c.smagorinsky > 0;
-    Features const wanted{.les = les,
-                          .force = c.acceleration != std::array<double, 3>{} || c.rotation,
-                          .split = D == 3 && c.collision == Operator::mrt && !les,
-                          .frame = c.rotation.has_value()};
-    for (auto const& k : supported_in_all<D>)
-        if (k.features == wanted) return k;
-    if constexpr (D == 3)
-        for (auto const& k : supported_in_space)
-            if (k.features == wanted) return k;
-    return {};
-}
 
 Config checked(Config const& config)
 {
@@ -223,8 +182,7 @@ Solver<D>::Solver(Config const& config)
     : config_(checked(config)),
       relaxation_(relaxation(config_)),
       walls_(walls_lu<D>(config_, relaxation_)),
-      fluid_(choose<D>(config_).fluid),
-      covered_(choose<D>(config_).covered),
+      kernels_(kernels_of<D>(config_)),
       team_(config_.threads),
       populations_(config_.cells(), team_),
       coverage_(config_.cells(), walls_.periodic()),
@@ -316,7 +274,7 @@ void Solver<D>::collide_row(std::ptrdiff_t r)
     if (!complete_) enter_row(r);
     covered_cells_[static_cast<std::size_t>(r)] = 0;
     if (auto const strips = coverage_.row(r); !strips.empty()) return collide_covered_row(r, strips);
-    fluid_(populations_.row(r), 0, populations_.nx(), of_row(r), {});
+    kernels_.fluid(populations_.row(r), 0, populations_.nx(), of_row(r), {});
 }
 
 template <int D>
@@ -362,13 +320,13 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
     Slots<D> const slots = populations_.row(r);
     Relaxation const relaxation = of_row(r);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (!touched) return fluid_(slots, begin, end, relaxation, {});
+        if (!touched) return kernels_.fluid(slots, begin, end, relaxation, {});
         covered_cells_[static_cast<std::size_t>(r)] += end - begin;
         find_weights<D>(begin, end, relaxation_.tau, buffer);
     });
     for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], bodies_, buffer);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (touched) covered_(slots, begin, end, relaxation, buffer.view());
+        if (touched) kernels_.covered(slots, begin, end, relaxation, buffer.view());
     });
     add_strip_forces(strips, buffer.view());
 }

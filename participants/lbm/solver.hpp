@@ -9,13 +9,12 @@
 #include "participants/lbm/config.hpp"
 #include "participants/lbm/coverage.hpp"
 #include "participants/lbm/fields.hpp"
+#include "participants/lbm/kernels.hpp"
 #include "participants/lbm/populations.hpp"
 #include "participants/lbm/relaxation.hpp"
 #include "participants/lbm/walls.hpp"
 
 namespace lbm {
-
-struct SolidRow;
 
 //! The discs or spheres of one step, SI. Their number may change from step to step.
 struct BodiesView
@@ -129,7 +128,6 @@ class Solver
     {
         Motion motion, exchange;
     };
-    using Kernel = void (*)(Slots<D> const&, std::ptrdiff_t, std::ptrdiff_t, Relaxation const&, SolidRow const&);
 
     Config config_;
     Relaxation relaxation_;
@@ -142,7 +140,7 @@ class Solver
     };
     std::optional<Turning> turning_;
     Walls walls_;
-    Kernel fluid_ = nullptr, covered_ = nullptr;
+    Kernels<D> kernels_;
     sluice::Team team_;
     Populations<D> populations_;
     Coverage<D> coverage_;

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "participants/lbm/cell_row.hpp"
+#include "participants/lbm/config.hpp"
+
+namespace lbm {
+
+//! Collides the cells [begin, end) of one row in place.
+template <int D>
+using Kernel = void (*)(Slots<D> const&, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const&, SolidRow const&);
+
+//! Those of a run: of cells without solids, and with them.
+template <int D>
+struct Kernels
+{
+    Kernel<D> fluid = nullptr, covered = nullptr;
+};
+
+//! Defined for the plane and for space in files of their own: compiling them takes a while.
+template <int D>
+Kernels<D> kernels_of(Config const& config);
+template <>
+Kernels<2> kernels_of<2>(Config const& config);
+template <>
+Kernels<3> kernels_of<3>(Config const& config);
+
+//! What a run needs of its kernels.
+inline Features features_of(Config const& c)
+{
+    bool const les = c.smagorinsky > 0;
+    return {.les = les,
+            .force = c.acceleration != std::array<double, 3>{} || c.rotation,
+            .split = c.dimension == 3 && c.collision == Operator::mrt && !les,
+            .frame = c.rotation.has_value()};
+}
+
+}  // namespace lbm
