@@ -16,6 +16,26 @@ struct EddyBlock
     alignas(64) double normal_change[eddy_block], shear_change[eddy_block];  //!< of p_xx and p_xy by 1/tau_eff, over 4
 };
 
+//! The body force on the cell x of a row, and half of it to its momentum.
+template <Features F>
+[[gnu::always_inline]] inline void take_half_force(Relaxation const& r, std::ptrdiff_t x, double& jx, double& jy,
+                                                   double& force_x, double& force_y) noexcept
+{
+    force_x = r.force[0];
+    force_y = r.force[1];
+    if constexpr (F.frame) {
+        force_x += r.slope[0] * static_cast<double>(x);
+        force_y += r.slope[1] * static_cast<double>(x);
+    }
+    jx += 0.5 * force_x;
+    jy += 0.5 * force_y;
+    if constexpr (F.frame) {
+        turn_in_plane(r.turn[2], jx, jy);
+        force_x += 2.0 * r.turn[2] * jy;
+        force_y -= 2.0 * r.turn[2] * jx;
+    }
+}
+
 //! First pass of the large-eddy model over [begin, end), at most eddy_block cells.
 //! nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed form:
 //!     tau_eff = (tau + sqrt(tau^2 + A/rho^2))/2,  A = 18 C_s^2 rho |(p_xx, 2 p_xy)|
@@ -32,24 +52,12 @@ void find_eddy_stress(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t en
     double const tau = r.tau, term = r.smagorinsky_term, base = -0.25 * r.shear;
 #pragma omp simd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
-        double force_x = F.force ? r.force[0] : 0.0, force_y = F.force ? r.force[1] : 0.0;
-        if constexpr (F.frame) {
-            force_x += r.slope[0] * static_cast<double>(x);
-            force_y += r.slope[1] * static_cast<double>(x);
-        }
         double const even1 = f1[x] + f3[x], even2 = f2[x] + f4[x], even5 = f5[x] + f7[x], even6 = f6[x] + f8[x];
         double const odd5 = f5[x] - f7[x], odd6 = f6[x] - f8[x];
         double const rho = 1.0 + (f0[x] + (even1 + even2) + (even5 + even6));
         double jx = f1[x] - f3[x] + (odd5 - odd6), jy = f2[x] - f4[x] + (odd5 + odd6);
-        if constexpr (F.force) {
-            jx += 0.5 * force_x;
-            jy += 0.5 * force_y;
-        }
-        if constexpr (F.frame) {
-            turn_in_plane(r.turn[2], jx, jy);
-            force_x += 2.0 * r.turn[2] * jy;
-            force_y -= 2.0 * r.turn[2] * jx;
-        }
+        double force_x = 0.0, force_y = 0.0;
+        if constexpr (F.force) take_half_force<F>(r, x, jx, jy, force_x, force_y);
         if constexpr (F.grains) {
             double const weight = s.weight[x], covered = weight * fraction[x], rate = weight * rho;
             jx = madd(rate, s.momentum[0][x], madd(-covered, jx, jx));
@@ -105,20 +113,8 @@ void collide_block(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, 
         double jx = odd1 + diagonal_x, jy = odd2 + diagonal_y;
         double qx = madd(-2.0, odd1, diagonal_x), qy = madd(-2.0, odd2, diagonal_y);
 
-        double force_x = F.force ? r.force[0] : 0.0, force_y = F.force ? r.force[1] : 0.0;
-        if constexpr (F.frame) {
-            force_x += r.slope[0] * static_cast<double>(x);
-            force_y += r.slope[1] * static_cast<double>(x);
-        }
-        if constexpr (F.force) {
-            jx += 0.5 * force_x;
-            jy += 0.5 * force_y;
-        }
-        if constexpr (F.frame) {
-            turn_in_plane(r.turn[2], jx, jy);
-            force_x += 2.0 * r.turn[2] * jy;
-            force_y -= 2.0 * r.turn[2] * jx;
-        }
+        double force_x = 0.0, force_y = 0.0;
+        if constexpr (F.force) take_half_force<F>(r, x, jx, jy, force_x, force_y);
         if constexpr (F.force) {
             qx -= 0.5 * force_x;
             qy -= 0.5 * force_y;

@@ -45,8 +45,14 @@ template <Features F, class V>
             return rate;
     };
     auto const even_rate = stiff(split ? r.square : r.shear);
-    auto flux_rate = stiff(r.flux);
-    if constexpr (F.grains) flux_rate = loosened(r.flux, s.open);
+    auto const loose = [&](double rate) __attribute__((always_inline))
+    {
+        if constexpr (F.grains)
+            return loosened(rate, s.open);
+        else
+            return rate;
+    };
+    auto const flux_rate = loose(r.flux);
     Force Fx{}, Fy{}, Fz{};
     if constexpr (F.frame)
         Fx = r.force[0] + r.slope[0] * place, Fy = r.force[1] + r.slope[1] * place,

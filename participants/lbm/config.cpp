@@ -199,16 +199,15 @@ void find_geometry_issues(Config const& c, std::vector<Issue>& issues)
 void find_side_issues(Config const& c, std::vector<Issue>& issues)
 {
     bool inflow = false, outlet = false;
-    if (c.rotation)
-        for (std::size_t s = 0; s < 2 * c.axes(); ++s)
-            if (c.walls[s].kind == Border::inflow || c.walls[s].kind == Border::pressure)
-                issues.push_back({"walls",
-                                  format("%s is open in a frame that turns (must be a wall, free_slip or periodic).",
-                                         sluice::side_name(c.dimension, s)),
-                                  true});
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) {
-        inflow = inflow || c.walls[s].kind == Border::inflow;
-        outlet = outlet || c.walls[s].kind == Border::pressure;
+        bool const in = c.walls[s].kind == Border::inflow, out = c.walls[s].kind == Border::pressure;
+        inflow = inflow || in;
+        outlet = outlet || out;
+        if (c.rotation && (in || out))
+            issues.push_back({"walls",
+                              format("%s is open in a frame that turns (must be a wall, free_slip or periodic).",
+                                     sluice::side_name(c.dimension, s)),
+                              true});
         if (s % 2 == 1 || (c.walls[s].kind == Border::periodic) == (c.walls[s + 1].kind == Border::periodic)) continue;
         issues.push_back({"walls",
                           format("%s and %s differ (periodic must be both or neither).",

@@ -67,6 +67,11 @@ constexpr double dot(std::array<int, 3> const& c, std::array<double, N> const& v
     return sum;
 }
 
+constexpr std::array<double, 3> cross(std::array<double, 3> const& a, std::array<double, 3> const& b) noexcept
+{
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
 //! Equilibrium of direction q, shifted: f_eq - w_q [-]. `density_excess` = rho - 1, velocity in cells a step.
 template <int D>
 constexpr double equilibrium(std::size_t q, double density_excess, std::array<double, D> const& u) noexcept

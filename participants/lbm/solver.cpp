@@ -234,10 +234,9 @@ std::array<double, D> Solver<D>::acceleration_at(std::array<double, D> const& pl
     if (!turning_) return a;
     std::array<double, 3> u{};
     std::copy_n(velocity, D, u.begin());
-    auto const& w = turning_->rate;
-    std::array<double, 3> const cross{w[1] * u[2] - w[2] * u[1], w[2] * u[0] - w[0] * u[2], w[0] * u[1] - w[1] * u[0]};
+    auto const turned = cross(turning_->rate, u);
     for (std::size_t i = 0; i < D; ++i) {
-        a[i] -= 2 * cross[i];
+        a[i] -= 2 * turned[i];
         for (std::size_t k = 0; k < D; ++k)
             a[i] += turning_->field[i * D + k] * (place[k] - turning_->frame.point(static_cast<int>(k)));
     }

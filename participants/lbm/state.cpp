@@ -44,9 +44,8 @@ std::array<double, 3> Solver<D>::force_on(Relaxation const& row, std::ptrdiff_t 
 {
     std::array<double, 3> force = row.force, j{};
     for (std::size_t k = 0; k < D; ++k) j[k] = rho * velocity[k];
-    auto const& w = row.turn;
-    std::array<double, 3> const cross{w[1] * j[2] - w[2] * j[1], w[2] * j[0] - w[0] * j[2], w[0] * j[1] - w[1] * j[0]};
-    for (std::size_t k = 0; k < 3; ++k) force[k] += row.slope[k] * static_cast<double>(x) - 2 * cross[k];
+    auto const turned = cross(row.turn, j);
+    for (std::size_t k = 0; k < 3; ++k) force[k] += row.slope[k] * static_cast<double>(x) - 2 * turned[k];
     return force;
 }
 

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
-#include "participants/mpm/state.hpp"
+#include "participants/mpm/cell.hpp"
 
 //! The cure for volumetric locking. Where plastic flow keeps the volume each point asks that of its own velocity
 //! gradient, more than the grid's velocities can give, and the pressures of neighbours swing apart. So all points of a
@@ -20,15 +19,13 @@
 //! are.
 namespace mpm {
 
-//! Cell of the grid that a place lies in, as one number.
+//! A cell in the domain, or one beside it, as one number.
 template <int D>
-std::int64_t cell_of(Setup<D> const& setup, Vec<D> const& place)
+std::int64_t number_of(Setup<D> const& setup, Cell<D> const& cell)
 {
-    std::int64_t cell = 0;
-    for (int k = D; k-- > 0;)
-        cell = cell * (setup.cells[static_cast<std::size_t>(k)] + 3) +
-               static_cast<std::int64_t>(std::floor((place[k] - setup.origin[k]) / setup.cell)) + 1;
-    return cell;
+    std::int64_t number = 0;
+    for (std::size_t k = D; k-- > 0;) number = number * (setup.cells[k] + 3) + cell[k] + 1;
+    return number;
 }
 
 //! The mean of `values` over the points of its cell, by their volume now, for each point. Sums in the order of points.
@@ -43,7 +40,7 @@ std::vector<double> cell_means(Setup<D> const& setup, State<D> const& state, std
     std::unordered_map<std::int64_t, Sum> sums;
     std::vector<Sum const*> mine;
     for (std::size_t p = 0; p < places.size(); ++p) {
-        Sum& sum = sums[cell_of(setup, places[p])];
+        Sum& sum = sums[number_of<D>(setup, cell_of(setup, places[p]))];
         sum.volume += state.points[p].volume_now();
         sum.value += state.points[p].volume_now() * values[p];
         mine.push_back(&sum);

@@ -5,22 +5,10 @@
 #include <map>
 #include <vector>
 
+#include "participants/mpm/cell.hpp"
+
 namespace mpm {
 namespace {
-
-template <int D>
-using Cell = std::array<int, D>;
-
-template <int D>
-Cell<D> cell_of(Setup<D> const& setup, Vec<D> const& place)
-{
-    Cell<D> cell;
-    for (std::size_t k = 0; k < D; ++k) {
-        auto const a = static_cast<int>(k);
-        cell[k] = static_cast<int>(std::floor((place[a] - setup.origin[a]) / setup.cell));
-    }
-    return cell;
-}
 
 //! Cells with points, each with its mass and, once found, the number of its set.
 struct Filled

@@ -274,15 +274,21 @@ Forces steady_cylinder(std::ptrdiff_t cells)
     return {drag, lift, pressure(0.15, -1) - pressure(0.25, 1)};
 }
 
+void report_interval(char const* flow, char const* what, std::ptrdiff_t cells, double value, double low, double high,
+                     double reference, verification::Stopwatch const& watch)
+{
+    char name[60];
+    std::snprintf(name, sizeof name, "%s %s, d=%td dx (%g to %g)", flow, what, cells, low, high);
+    CHECK(verification::report(
+        {"L05", name, value, reference, std::abs(value - 0.5 * (high + low)), 0.5 * (high - low), watch.seconds()}));
+}
+
 void report_steady(std::ptrdiff_t cells)
 {
     verification::Stopwatch const watch;
     Forces const got = steady_cylinder(cells);
     auto const check = [&](char const* what, double value, double low, double high, double reference) {
-        double const half = 0.5 * (high - low), off = std::abs(value - 0.5 * (high + low));
-        char name[60];
-        std::snprintf(name, sizeof name, "2D-1 %s, d=%td dx (%g to %g)", what, cells, low, high);
-        CHECK(verification::report({"L05", name, value, reference, off, half, watch.seconds()}));
+        report_interval("2D-1", what, cells, value, low, high, reference, watch);
     };
     // intervals of the file
     check("c_D", got.drag, 5.52, 5.64, 5.57953523);
@@ -326,10 +332,7 @@ TEST_CASE("L05: cylinder in a channel at Re = 100, d = 40 cells" * doctest::skip
     REQUIRE(upward.size() > 4);
     double const period = (upward.back() - upward.front()) / static_cast<double>(upward.size() - 1);
     auto const check = [&](char const* what, double value, double low, double high, double reference) {
-        char name[60];
-        std::snprintf(name, sizeof name, "2D-2 %s, d=40 dx (%g to %g)", what, low, high);
-        CHECK(verification::report({"L05", name, value, reference, std::abs(value - 0.5 * (low + high)),
-                                    0.5 * (high - low), watch.seconds()}));
+        report_interval("2D-2", what, 40, value, low, high, reference, watch);
     };
     check("largest c_D", drag, 3.14, 3.32, 3.2274);
     check("largest c_L", lift, 0.93, 1.07, 0.9866);
