@@ -10,6 +10,7 @@
 
 #include "coupler/base/error.hpp"
 #include "participants/dem/neighbours.hpp"
+#include "participants/dem/periodic_neighbours.hpp"
 
 namespace dem {
 namespace {
@@ -72,6 +73,7 @@ void each_sum(State<D>& state, Each&& each)
     state.booked = sums.booked;
     state.power = sums.power;
     for (auto& wall : state.walls) each_number(wall.force, each);
+    for (auto& pull : state.cell.pull) each_number(pull, each);
 }
 
 //! Calls `each` for the numbers of what a ghost has from its owner.
@@ -97,7 +99,6 @@ void require_shareable(Setup<D> const& setup)
                                  " cannot be shared out among processes (needed: ranks: 1).");
         });
     };
-    refuse_if(setup.features.periodic, "in a periodic cell");
     refuse_if(setup.sleep.any(), "that may sleep");
     refuse_if(std::ranges::any_of(setup.walls,
                                   [](Wall<D> const& wall) { return std::holds_alternative<Mesh<D>>(wall.shape); }),
@@ -105,6 +106,14 @@ void require_shareable(Setup<D> const& setup)
 }
 template void require_shareable<2>(Setup<2> const&);
 template void require_shareable<3>(Setup<3> const&);
+
+template <int D>
+double Domain<D>::sum(double mine)
+{
+    double all = 0.0;
+    for (double const number : peers_.numbers(mine)) all += number;
+    return all;
+}
 
 template <int D>
 void Domain<D>::distribute(Setup<D> const& setup, State<D>& state)
@@ -116,6 +125,7 @@ void Domain<D>::distribute(Setup<D> const& setup, State<D>& state)
         state.built.clear();
         state.booked = {};
         state.power = {};
+        state.cell.pull = {};
         for (auto& wall : state.walls) wall.force = {};
     }
     census_.number.resize(state.grains.size());
@@ -127,13 +137,17 @@ void Domain<D>::distribute(Setup<D> const& setup, State<D>& state)
         for (auto& wall : state.walls) wall.grain.clear(), wall.history = {};
     }
     if (slabs_.bounds.empty() || is_uneven(state)) choose_slabs(state);  // a run that goes back keeps them
+    // the lists are those that were: of where all was when they were built
+    Cell<D> const cell = state.cell;
+    set_as_built(setup.periodic, state.cell);
     ship(setup, state);
-    std::vector<Vec<D>> now, shifts;  // the lists are those that were: of where all was when they were built
+    std::vector<Vec<D>> now, shifts;
     auto const rebuilds = state.rebuilds;
     for (std::size_t i = 0; i < state.grains.size(); ++i)
         now.push_back(std::exchange(state.grains.place[i].centre, state.built[i]));
     for (auto& wall : state.walls) shifts.push_back(std::exchange(wall.shift, wall.built_shift));
-    rebuild_lists(setup, state);
+    list_neighbours(setup, state);
+    state.cell = cell;
     for (std::size_t i = 0; i < state.grains.size(); ++i) state.grains.place[i].centre = now[i];
     for (std::size_t w = 0; w < state.walls.size(); ++w) state.walls[w].shift = shifts[w];
     state.rebuilds = rebuilds;
@@ -157,19 +171,21 @@ void Domain<D>::agree(State<D>& state)
     smallest_radius_ = first.smallest_radius;
     largest_radius_ = first.largest_radius;
     spread_walls(peers_, state.walls);
+    state.cell = from_first(peers_, std::vector{state.cell})[0];
 }
 
 template <int D>
 void Domain<D>::rebuild(Setup<D> const& setup, State<D>& state)
 {
     check_finite(state);
+    if (setup.features.periodic) put_back(setup.periodic, state);
     for (std::size_t i = 0; i < state.grains.size(); ++i) state.built[i] = state.grains.place[i].centre;
     if (is_uneven(state)) {
         choose_slabs(state);
         ++moves_;
     }
     ship(setup, state);
-    rebuild_lists(setup, state);
+    list_neighbours(setup, state);
 }
 
 template <int D>
@@ -200,10 +216,23 @@ bool Domain<D>::is_uneven(State<D> const& state)
     return imbalance(state) > chosen_imbalance_ + most_uneven;
 }
 
+//! Calls `visit(process)` for all that have the grain, as their own or as a ghost, ascending.
 template <int D>
-double Domain<D>::reach_of(Grains<D> const& g, std::size_t i, double skin) const
+template <class Visit>
+void Domain<D>::each_viewer(Setup<D> const& setup, State<D> const& state, std::size_t i, Visit&& visit)
 {
-    return rounding * (g.place[i].radius + largest_radius_ + skin);
+    double const reach = rounding * (state.grains.place[i].radius + largest_radius_ + setup.skin);
+    viewers_.clear();
+    auto const look_from = [&](Vec<D> const& point) {
+        auto const [from, to] = slabs_.near(point, reach);
+        for (int who = from; who <= to; ++who) viewers_.push_back(who);
+    };
+    if (!setup.features.periodic) look_from(state.built[i]);
+    for (std::size_t image = 0; setup.features.periodic && image < image_count<D>; ++image)
+        if (has_image(setup.periodic, image)) look_from(state.built[i] + state.cell.images[image].shift);
+    std::sort(viewers_.begin(), viewers_.end());
+    viewers_.erase(std::unique(viewers_.begin(), viewers_.end()), viewers_.end());
+    for (int const who : viewers_) visit(who);
 }
 
 //! Each process's own grains, with the histories of their contacts, to the owners that the slabs now give them, and to
@@ -218,10 +247,14 @@ void Domain<D>::ship(Setup<D> const& setup, State<D>& state)
     for (std::size_t i = 0; i < g.size(); ++i) {
         if (census_.owner[i] != self) continue;
         int const owner = slabs_.owner(state.built[i]);
-        auto const [from, to] = slabs_.near(state.built[i], reach_of(g, i, setup.skin));
-        for (int to_whom = from; to_whom <= to; ++to_whom)
+        each_viewer(setup, state, i, [&](int to_whom) {
             out[static_cast<std::size_t>(to_whom)].grains.push_back(row_of(state, census_, i, owner));
+        });
     }
+    for (auto const& [i, moved, sped] : state.crossings)
+        if (census_.owner[i] == self)
+            out[static_cast<std::size_t>(slabs_.owner(state.built[i]))].crossings.push_back(
+                {census_.number[i], moved, sped});
     each_contact_row<D>(state, census_, [&](ContactRow<D> const& row, std::uint32_t i, std::uint32_t j) {
         if (census_.owner[i] != self || row.is_blank()) return;
         int const owner = slabs_.owner(state.built[i]), other = j < g.size() ? slabs_.owner(state.built[j]) : owner;
@@ -235,12 +268,12 @@ void Domain<D>::ship(Setup<D> const& setup, State<D>& state)
     assemble(in, setup.features, state, census_);
     state.grains.ghost.resize(state.grains.size());
     for (std::size_t i = 0; i < state.grains.size(); ++i) state.grains.ghost[i] = census_.owner[i] != self;
-    lay_borders(state, setup.skin);
+    lay_borders(setup, state);
 }
 
 //! Who sees which grains: both sides find the same from the slabs and the places where the lists are built.
 template <int D>
-void Domain<D>::lay_borders(State<D> const& state, double skin)
+void Domain<D>::lay_borders(Setup<D> const& setup, State<D> const& state)
 {
     auto const peers = static_cast<std::size_t>(peers_.count());
     std::vector<std::vector<std::uint32_t>> shown(peers), seen(peers);
@@ -249,9 +282,9 @@ void Domain<D>::lay_borders(State<D> const& state, double skin)
             seen[static_cast<std::size_t>(census_.owner[i])].push_back(i);
             continue;
         }
-        auto const [from, to] = slabs_.near(state.built[i], reach_of(state.grains, i, skin));
-        for (int who = from; who <= to; ++who)
+        each_viewer(setup, state, i, [&](int who) {
             if (who != peers_.rank()) shown[static_cast<std::size_t>(who)].push_back(i);
+        });
     }
     parcels_.clear();
     shown_.clear();
@@ -324,6 +357,7 @@ State<D> Domain<D>::gather(Setup<D> const& setup, State<D> const& state)
     whole.steps = state.steps;
     whole.rebuilds = state.rebuilds;
     whole.walls = state.walls;
+    whole.cell = state.cell;
     Census everybody{.all = census_.all, .number = {}, .owner = {}, .index_of = {}};
     assemble(in, setup.features, whole, everybody);
     derive_from_list(setup, whole.pairs, whole.grains.size());

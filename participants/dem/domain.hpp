@@ -8,14 +8,14 @@
 
 namespace dem {
 
-//! Throws sluice::Error unless the grains of such a run can be shared out: not in a periodic cell, nor with sleep or a
-//! mesh.
+//! Throws sluice::Error unless the grains of such a run can be shared out: not with sleep or a mesh.
 template <int D>
 void require_shareable(Setup<D> const& setup);
 
 //! The grains of a run shared out among processes, by slabs that follow them. A process owns the grains of its slab and
-//! holds ghosts, copies of those that its own may touch. Its state has both, in the order of the whole run; a pair of
-//! which it owns one grain is computed here and there, from the same numbers, so that no force travels. See README.md.
+//! holds ghosts, copies of those that its own may touch, or an image of which in a periodic cell. Its state has both,
+//! in the order of the whole run; a pair of which it owns one grain is computed here and there, from the same numbers,
+//! so that no force travels. See README.md.
 template <int D>
 class Domain
 {
@@ -25,9 +25,11 @@ class Domain
     //! Shares out the state of process 0; those of the others are replaced.
     void distribute(Setup<D> const& setup, State<D>& state);
     //! Whether any process says yes.
-    bool any(bool mine) { return peers_.largest(mine) != 0; }
-    //! The grains to their owners, ghosts anew, slabs anew if they have become uneven; then the lists, as
-    //! rebuild_lists(). Throws as that does.
+    bool any(bool mine) { return sum(mine ? 1.0 : 0.0) > 0.0; }
+    //! The sum over all processes, added up by rank.
+    double sum(double mine);
+    //! The grains to their owners, ghosts anew, slabs anew if they have become uneven; then the lists: rebuild_lists()
+    //! of a shared run. Throws as that does.
     void rebuild(Setup<D> const& setup, State<D>& state);
     //! Motion and contact loads of ghosts as their owners have them.
     void refresh(Grains<D>& grains);
@@ -50,12 +52,14 @@ class Domain
     double imbalance(State<D> const& state);
     bool is_uneven(State<D> const& state);
     void ship(Setup<D> const& setup, State<D>& state);
-    void lay_borders(State<D> const& state, double skin);
-    double reach_of(Grains<D> const& g, std::size_t i, double skin) const;
+    void lay_borders(Setup<D> const& setup, State<D> const& state);
+    template <class Visit>
+    void each_viewer(Setup<D> const& setup, State<D> const& state, std::size_t i, Visit&& visit);
 
     Peers& peers_;
     Slabs<D> slabs_;
     Census census_;
+    std::vector<int> viewers_;     //!< of the grain that is looked at
     std::vector<Parcel> parcels_;  //!< to and from those that see, or show, grains across a border
     std::vector<std::vector<std::uint32_t>> shown_, seen_;  //!< by parcel: own grains and ghosts, ascending
     double smallest_radius_ = 0.0, largest_radius_ = 0.0;

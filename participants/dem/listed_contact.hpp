@@ -197,7 +197,7 @@ void add_pair(ContactLaw const& law, Sink<D> const& to, std::size_t i, std::size
     if constexpr (F.friction) g.contact[i].torque = g.contact[i].torque + load.on_i;
     if constexpr (F.ledger) add<F>(state.lossy, i, load.lossy, 1.0, load.lossy.on_i);
     if constexpr (F.periodic)
-        if (std::uint32_t const image = state.pairs.image[slot]; image != home<D>)
+        if (std::uint32_t const image = state.pairs.image[slot]; image != home<D> && !g.is_ghost(i))
             to.seams.push_back({image, load.force, lossy_forces(load.lossy)});
     if (j >= to.end) return;
     g.contact[j].force -= load.force;

@@ -116,10 +116,10 @@ class MpiPeers final : public Peers
         MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
     }
 
-    int largest(int mine) override
+    std::vector<double> numbers(double mine) override
     {
-        int all = 0;
-        MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_MAX, comm_);
+        std::vector<double> all(static_cast<std::size_t>(count_));
+        MPI_Allgather(&mine, 1, MPI_DOUBLE, all.data(), 1, MPI_DOUBLE, comm_);
         return all;
     }
 

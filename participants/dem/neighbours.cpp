@@ -196,17 +196,22 @@ void check_apart(State<D> const& state, Pairs<D> const& pairs, std::size_t i, st
 
 //! Takes pairs of two ghosts off a list: they are their owners' business.
 template <int D>
-void leave_out_ghosts(Grains<D> const& g, std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& other)
+void leave_out_ghosts(Grains<D> const& g, Pairs<D>& pairs)
 {
     std::uint32_t kept = 0, begin = 0;
     for (std::size_t i = 0; i < g.size(); ++i) {
-        std::uint32_t const end = first[i + 1];
+        std::uint32_t const end = pairs.first[i + 1];
         for (std::uint32_t slot = begin; slot < end; ++slot)
-            if (!g.is_ghost(i) || !g.is_ghost(other[slot])) other[kept++] = other[slot];
+            if (!g.is_ghost(i) || !g.is_ghost(pairs.other[slot])) {
+                pairs.other[kept] = pairs.other[slot];
+                if (!pairs.image.empty()) pairs.image[kept] = pairs.image[slot];
+                ++kept;
+            }
         begin = end;
-        first[i + 1] = kept;
+        pairs.first[i + 1] = kept;
     }
-    other.resize(kept);
+    pairs.other.resize(kept);
+    if (!pairs.image.empty()) pairs.image.resize(kept);
 }
 
 template <int D>
@@ -218,7 +223,7 @@ void rebuild_pairs(Setup<D> const& setup, State<D>& state)
         find_periodic_pairs(setup, state, pairs.first, pairs.other, pairs.image);
     else
         find_pairs(state.grains, setup.skin, pairs.first, pairs.other);
-    if (!state.grains.ghost.empty()) leave_out_ghosts(state.grains, pairs.first, pairs.other);
+    if (!state.grains.ghost.empty()) leave_out_ghosts(state.grains, pairs);
     pairs.history = history_of<D>(setup.features, pairs.other.size());
     derive_from_list(setup, pairs, state.grains.size());
     set_sqrt_masses(setup, state.grains, pairs);
@@ -378,6 +383,12 @@ void rebuild_lists(Setup<D> const& setup, State<D>& state)
 {
     check_finite(state);
     if (setup.features.periodic) put_back(setup.periodic, state);
+    list_neighbours(setup, state);
+}
+
+template <int D>
+void list_neighbours(Setup<D> const& setup, State<D>& state)
+{
     rebuild_pairs(setup, state);
     state.walls.resize(setup.walls.size());
     for (std::size_t w = 0; w < setup.walls.size(); ++w) rebuild_wall(setup.walls[w], setup, state, state.walls[w]);
@@ -390,5 +401,7 @@ template void find_pairs<2>(Grains<2> const&, double, std::vector<std::uint32_t>
 template void find_pairs<3>(Grains<3> const&, double, std::vector<std::uint32_t>&, std::vector<std::uint32_t>&);
 template void rebuild_lists<2>(Setup<2> const&, State<2>&);
 template void rebuild_lists<3>(Setup<3> const&, State<3>&);
+template void list_neighbours<2>(Setup<2> const&, State<2>&);
+template void list_neighbours<3>(Setup<3> const&, State<3>&);
 
 }  // namespace dem

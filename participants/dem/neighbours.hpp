@@ -22,6 +22,10 @@ void find_pairs(Grains<D> const& grains, double reach, std::vector<std::uint32_t
 template <int D>
 void rebuild_lists(Setup<D> const& setup, State<D>& state);
 
+//! The same of grains that lie within their periodic cell and whose positions are finite.
+template <int D>
+void list_neighbours(Setup<D> const& setup, State<D>& state);
+
 //! Throws sluice::Error (numerical) naming the first grain whose position is not finite.
 template <int D>
 void check_finite(State<D> const& state);

@@ -262,7 +262,7 @@ inline void add(FourForces const& f, FourLosses<F.ledger> const& lost, FourPairs
     if constexpr (F.periodic)
         for (std::size_t k = 0; k < 4; ++k) {
             std::uint32_t const image = to.state.pairs.image[p.slot[k]];
-            if (image == home<3>) continue;
+            if (image == home<3> || g.is_ghost(p.i[k])) continue;
             to.seams.push_back({image, {r.force[k][0], r.force[k][1], r.force[k][2]}, {}});
             if constexpr (F.ledger) to.seams.back().lossy = lossy_forces(row[k], tangential);
         }

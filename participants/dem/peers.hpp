@@ -33,8 +33,8 @@ class Peers
     virtual std::vector<Bytes> all_to_all(std::vector<Bytes> out) = 0;
     //! The same with known neighbours and sizes, once a step: fills each parcel's `in`.
     virtual void swap(std::span<Parcel> parcels) = 0;
-    //! The largest of the numbers of all; once a step.
-    virtual int largest(int mine) = 0;
+    //! One number of each, by rank; once a step.
+    virtual std::vector<double> numbers(double mine) = 0;
 };
 
 template <class Row>

@@ -36,6 +36,15 @@ void place_images(Periodic<D> const& periodic, Cell<D>& cell) noexcept
 }
 
 template <int D>
+void set_as_built(Periodic<D> const& periodic, Cell<D>& cell) noexcept
+{
+    if (!periodic.is_sheared()) return;
+    cell.offset = cell.built_offset;
+    component<D>(cell.extent, periodic.shear.across) = cell.built_height;
+    place_images(periodic, cell);
+}
+
+template <int D>
 void advance_cell(Periodic<D> const& periodic, Cell<D>& cell, double dt, double stress) noexcept
 {
     if (!periodic.is_sheared()) return;
@@ -82,6 +91,8 @@ template Cell<2> cell_at_start<2>(Periodic<2> const&) noexcept;
 template Cell<3> cell_at_start<3>(Periodic<3> const&) noexcept;
 template void place_images<2>(Periodic<2> const&, Cell<2>&) noexcept;
 template void place_images<3>(Periodic<3> const&, Cell<3>&) noexcept;
+template void set_as_built<2>(Periodic<2> const&, Cell<2>&) noexcept;
+template void set_as_built<3>(Periodic<3> const&, Cell<3>&) noexcept;
 template void advance_cell<2>(Periodic<2> const&, Cell<2>&, double, double) noexcept;
 template void advance_cell<3>(Periodic<3> const&, Cell<3>&, double, double) noexcept;
 template double pulling_power<2>(Periodic<2> const&, Cell<2> const&) noexcept;

@@ -113,6 +113,10 @@ Cell<D> cell_at_start(Periodic<D> const& periodic) noexcept;
 template <int D>
 void place_images(Periodic<D> const& periodic, Cell<D>& cell) noexcept;
 
+//! A cell as it was when the lists were built.
+template <int D>
+void set_as_built(Periodic<D> const& periodic, Cell<D>& cell) noexcept;
+
 //! The cell one step of dt [s] later; `stress` is what presses across now [Pa], looked at where a pressure is asked
 //! for. The height moves as a plate would that takes up sound: by the missing stress over an impedance; never faster
 //! than at no stress at all.

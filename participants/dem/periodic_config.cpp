@@ -166,6 +166,8 @@ void check_periodic(Reader& r, Config& config)
                          "in a frame that rotates: its two sides would not be the same (needs frame: inertial).");
     if (config.column)
         return r.problem("column", "stands against walls, in a cell that is periodic. Give fill or grains instead.");
+    if (config.measures.stated && config.measures[Measure::run_out].wanted && is_periodic(config, 0))
+        r.problem("measures", "has run_out, along x, where the cell is periodic. Leave it out.");
     check_walls(r, config);
     check_grains(r, config);
     if (config.periodic.is_sheared()) set_shear(r, config);

@@ -101,9 +101,9 @@ void remember(ContactRow<D> const& row, Features const& features, History<D>& hi
 template <int D>
 Bytes Shipment<D>::to_bytes() const
 {
-    Bytes bytes(2 * sizeof(std::uint64_t) + grains.size() * sizeof(GrainRow<D>) +
-                contacts.size() * sizeof(ContactRow<D>));
-    put_rows(put_rows(bytes.data(), grains), contacts);
+    Bytes bytes(3 * sizeof(std::uint64_t) + grains.size() * sizeof(GrainRow<D>) +
+                contacts.size() * sizeof(ContactRow<D>) + crossings.size() * sizeof(Crossing<D>));
+    put_rows(put_rows(put_rows(bytes.data(), grains), contacts), crossings);
     return bytes;
 }
 
@@ -111,7 +111,7 @@ template <int D>
 void Shipment<D>::add(Bytes const& bytes)
 {
     if (bytes.empty()) return;
-    take_rows(take_rows(bytes.data(), grains), contacts);
+    take_rows(take_rows(take_rows(bytes.data(), grains), contacts), crossings);
 }
 
 template <int D>
@@ -153,9 +153,14 @@ void assemble(Shipment<D> const& rows, Features const& features, State<D>& state
         }
         ++pairs.first[i + 1];
         pairs.other.push_back(census.index_of[row.second]);
+        if (features.periodic) pairs.image.push_back(row.image);
         remember(row, features, pairs.history);
     }
     for (std::size_t i = 0; i < census.number.size(); ++i) pairs.first[i + 1] += pairs.first[i];
+    state.crossings.clear();
+    for (Crossing<D> const& row : rows.crossings)
+        if (std::uint32_t const i = census.find(row.grain); i != census.number.size())
+            state.crossings.push_back({i, row.moved, row.sped});
 }
 
 #define DEM_SHIPMENT(D)                                                                        \

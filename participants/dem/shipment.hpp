@@ -28,6 +28,7 @@ struct ContactRow
 {
     std::uint32_t first = 0;   //!< number of a grain
     std::uint32_t second = 0;  //!< of a grain > first, or wall index + grains of the run
+    std::uint32_t image = 0;   //!< of the second grain, that the pair sees; periodic scenes only
     Tangent<D> friction = {}, rolling = {};
 
     //! Nothing to remember, not even the sign of a zero.
@@ -43,6 +44,7 @@ struct Shipment
 {
     std::vector<GrainRow<D>> grains;
     std::vector<ContactRow<D>> contacts;
+    std::vector<Crossing<D>> crossings;  //!< `grain`: its number
 
     Bytes to_bytes() const;
     //! Adds what to_bytes() made of another one.
@@ -72,8 +74,8 @@ GrainRow<D> row_of(State<D> const& state, Census const& census, std::size_t i, s
 template <int D, class Visit>
 void each_contact_row(State<D> const& state, Census const& census, Visit&& visit);
 
-//! The state's grains, ascending by number, and its lists, from rows. Contacts of which a grain is not here are left
-//! out. What follows from lists (derive_from_list) is not set.
+//! The state's grains, ascending by number, its lists and its crossings, from rows. Those of grains that are not here
+//! are left out. What follows from lists (derive_from_list) is not set.
 template <int D>
 void assemble(Shipment<D> const& rows, Features const& features, State<D>& state, Census& census);
 
@@ -90,7 +92,9 @@ void each_contact_row(State<D> const& state, Census const& census, Visit&& visit
     for (std::uint32_t i = 0; i < count; ++i)
         for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot) {
             std::uint32_t const j = state.pairs.other[slot];
-            visit(row(census.number[i], census.number[j], state.pairs.history, slot), i, j);
+            auto pair = row(census.number[i], census.number[j], state.pairs.history, slot);
+            if (!state.pairs.image.empty()) pair.image = state.pairs.image[slot];
+            visit(pair, i, j);
         }
     for (std::size_t w = 0; w < state.walls.size(); ++w)
         for (std::size_t k = 0; k < state.walls[w].grain.size(); ++k) {

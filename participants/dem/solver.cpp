@@ -300,7 +300,9 @@ void Solver<D>::move_cell(double dt)
 {
     if (!setup_.periodic.is_sheared()) return;
     bool const follows = setup_.periodic.shear.pressure > 0.0;
-    advance_cell(setup_.periodic, state_.cell, dt, follows ? stress_across(setup_, state_) : 0.0);
+    double stress = follows ? stress_across(setup_, state_) : 0.0;
+    if (follows && domain_) stress = domain_->sum(stress);
+    advance_cell(setup_.periodic, state_.cell, dt, stress);
     if (setup_.features.ledger) state_.booked.wall_work += 0.5 * dt * pulling_power(setup_.periodic, state_.cell);
 }
 

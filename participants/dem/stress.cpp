@@ -172,6 +172,7 @@ double stress_across(Setup<D> const& setup, State<D> const& state) noexcept
     double const low = component(setup.periodic.low, across), height = component(state.cell.extent, across);
     double sum = 0.0, volume = 1.0;  // sum over pairs of f (xi - xj - n h) = that over grains of F x, less f n h
     for (std::size_t i = 0; i < g.size(); ++i) {
+        if (g.is_ghost(i)) continue;
         double const speed = component(g.motion[i].velocity, across);
         sum += component(g.contact[i].force, across) * (component(g.place[i].centre, across) - low) +
                g.mass[i] * speed * speed;

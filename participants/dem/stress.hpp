@@ -43,7 +43,7 @@ template <int D>
 double friction_angle(Averages<D> const& a, int first, int second);
 
 //! What presses across a sheared cell, positive in compression [Pa]: contacts by the virial of the forces that act on
-//! the grains, and the grains' motion.
+//! the grains, and the grains' motion. Where they are shared out, this process's part of it.
 template <int D>
 double stress_across(Setup<D> const& setup, State<D> const& state) noexcept;
 

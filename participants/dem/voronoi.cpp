@@ -1,10 +1,12 @@
 #include "participants/dem/voronoi.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <type_traits>
 #include <voro++/voro++.hh>
 
 #include "participants/dem/config.hpp"
@@ -101,11 +103,23 @@ std::vector<std::unique_ptr<voro::wall>> boundaries(Setup<D> const& setup, State
     return walls;
 }
 
-//! A container of spheres in the box around the grains; discs lie in the middle of a slab one unit thick.
+//! Blocks that a box is cut into, so that there are a few grains in each.
 template <int D>
-voro::container_poly container_of(Grains<D> const& g, double unit)
+std::array<int, 3> blocks_of(Vec3 const& size, std::size_t grains)
+{
+    double const volume = size.x * size.y * size.z;
+    double const block = std::pow(voro::optimal_particles * volume / static_cast<double>(grains), 1.0 / D);
+    auto const blocks = [&](double length) { return std::max(1, static_cast<int>(length / block)); };
+    return {blocks(size.x), blocks(size.y), D == 2 ? 1 : blocks(size.z)};
+}
+
+//! A container of spheres in the box around the grains, along periodic axes in the cell; discs lie in the middle of a
+//! slab one unit thick.
+template <int D>
+voro::container_poly container_of(Setup<D> const& setup, State<D> const& state, double unit)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
+    Grains<D> const& g = state.grains;
     Vec3 low{infinity, infinity, infinity}, high = -low;
     for (auto const& [centre, radius] : g.place)
         for (int k = 0; k < D; ++k) {
@@ -114,12 +128,58 @@ voro::container_poly container_of(Grains<D> const& g, double unit)
             component<3>(high, k) = std::max(component<3>(high, k), at + reach);
         }
     if (D == 2) low.z = -0.5, high.z = 0.5;
-    Vec3 const size = high - low;
-    double const volume = size.x * size.y * size.z, grains = static_cast<double>(g.size());
-    double const block = std::pow(voro::optimal_particles * volume / grains, 1.0 / D);
-    auto const blocks = [&](double length) { return std::max(1, static_cast<int>(length / block)); };
-    return {low.x, high.x, low.y, high.y, low.z, high.z, blocks(size.x), blocks(size.y), D == 2 ? 1 : blocks(size.z),
-            false, false,  false, 8};
+    std::array<bool, 3> periodic{};
+    for (int k = 0; k < D; ++k) {
+        auto const axis = static_cast<std::size_t>(k);
+        periodic[axis] = setup.periodic.axis[axis];
+        if (!periodic[axis]) continue;
+        component<3>(low, k) = component(setup.periodic.low, k) / unit;
+        component<3>(high, k) = component(setup.periodic.low + state.cell.extent, k) / unit;
+    }
+    auto const n = blocks_of<D>(high - low, g.size());
+    return {low.x, high.x, low.y, high.y, low.z, high.z, n[0], n[1], n[2], periodic[0], periodic[1], periodic[2], 8};
+}
+
+//! The cells of all grains of a container, at(i) their centres there.
+template <int D, class Container, class At>
+void compute_cells(Container& container, Grains<D> const& g, double unit, At&& at, Tessellation& t)
+{
+    for (std::size_t i = 0; i < g.size(); ++i) {
+        Vec3 const centre = at(g.place[i].centre);
+        container.put(static_cast<int>(i), centre.x, centre.y, centre.z, g.place[i].radius / unit);
+    }
+    voro::voronoicell_neighbor cell;
+    std::vector<int> neighbours;
+    std::conditional_t<std::is_same_v<Container, voro::container_poly>, voro::c_loop_all, voro::c_loop_all_periodic>
+        loop(container);
+    if (!loop.start()) return;
+    do {
+        if (!container.compute_cell(cell, loop)) continue;
+        auto const i = static_cast<std::size_t>(loop.pid());
+        t.volume[i] = cell.volume() * std::pow(unit, D);
+        t.fraction[i] = volume_of<D>(g.place[i].radius) / t.volume[i];
+        cell.neighbors(neighbours);
+        t.closed[i] = std::none_of(neighbours.begin(), neighbours.end(),
+                                   [](int n) { return n < 0 && n > (D == 2 ? -5 : -7); });  // the slab's faces bound
+    } while (loop.inc());
+}
+
+//! Those of a sheared cell, seen along its shear: what moves along is x there, what it moves across y.
+template <int D>
+void compute_sheared(Setup<D> const& setup, State<D> const& state, double unit, Tessellation& t)
+{
+    Shear const& shear = setup.periodic.shear;
+    auto const turned = [&](Vec<D> const& v) {
+        double const third = D == 3 ? component(v, 3 - shear.along - shear.across) / unit : 0.0;
+        return Vec3{component(v, shear.along) / unit, component(v, shear.across) / unit, third};
+    };
+    Vec3 size = turned(state.cell.extent);
+    if (D == 2) size.z = 1.0;
+    auto const n = blocks_of<D>(size, state.grains.size());
+    voro::container_periodic_poly container(size.x, state.cell.offset / unit, size.y, 0.0, 0.0, size.z, n[0], n[1],
+                                            n[2], 8);
+    compute_cells<D>(
+        container, state.grains, unit, [&](Vec<D> const& centre) { return turned(centre - setup.periodic.low); }, t);
 }
 
 }  // namespace
@@ -132,26 +192,15 @@ Tessellation tessellate(Setup<D> const& setup, State<D> const& state)
     Tessellation t{std::vector<double>(count), std::vector<double>(count), std::vector<bool>(count)};
     if (count == 0) return t;
     double const unit = mean_diameter(g);  // voro++'s tolerances are absolute
-    auto const walls = boundaries(setup, state, unit);
-    auto container = container_of(g, unit);
-    for (auto const& wall : walls) container.add_wall(*wall);
-    for (std::size_t i = 0; i < count; ++i) {
-        Vec3 const at = (1.0 / unit) * in_space(g.place[i].centre);
-        container.put(static_cast<int>(i), at.x, at.y, at.z, g.place[i].radius / unit);
+    if (setup.periodic.is_sheared()) {     // periodic along all axes: there are no walls
+        compute_sheared(setup, state, unit, t);
+        return t;
     }
-    voro::voronoicell_neighbor cell;
-    std::vector<int> neighbours;
-    voro::c_loop_all loop(container);
-    if (!loop.start()) return t;
-    do {
-        if (!container.compute_cell(cell, loop)) continue;
-        auto const i = static_cast<std::size_t>(loop.pid());
-        t.volume[i] = cell.volume() * std::pow(unit, D);
-        t.fraction[i] = volume_of<D>(g.place[i].radius) / t.volume[i];
-        cell.neighbors(neighbours);
-        t.closed[i] = std::none_of(neighbours.begin(), neighbours.end(),
-                                   [](int n) { return n < 0 && n > (D == 2 ? -5 : -7); });  // the slab's faces bound
-    } while (loop.inc());
+    auto const walls = boundaries(setup, state, unit);
+    auto container = container_of(setup, state, unit);
+    for (auto const& wall : walls) container.add_wall(*wall);
+    compute_cells<D>(
+        container, g, unit, [&](Vec<D> const& centre) { return (1.0 / unit) * in_space(centre); }, t);
     return t;
 }
 

@@ -8,8 +8,8 @@
 namespace dem {
 
 //! The cells of the grains: all points that are nearer to a grain than to any other, by distance^2 - R^2 (radical, or
-//! Laguerre, tessellation: no cell cuts a grain that touches its neighbours). Bounded by the walls, and where there is
-//! none by a box one mean diameter beyond the outermost grains.
+//! Laguerre, tessellation: no cell cuts a grain that touches its neighbours). Bounded by the walls, across periodic
+//! sides by images, and where there is neither by a box one mean diameter beyond the outermost grains.
 struct Tessellation
 {
     std::vector<double> volume;    //!< of each grain's cell [m3]; discs: m2. 0: another grain covers it

@@ -13,6 +13,7 @@ sluice::State without_sums(dem::State<D> state)
     state.booked = {};
     state.power = {};
     for (auto& wall : state.walls) wall.force = {};
+    state.cell.pull = {};
     return kept(state);
 }
 

@@ -2,13 +2,13 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
-#include "participants/dem/random.hpp"
 #include "participants/dem/solver.hpp"
-#include "tests/participants/dem/scenes.hpp"
+#include "tests/participants/dem/periodic_scenes.hpp"
 #include "tests/support/close_to.hpp"
 
 //! Cells of regular packings, whose packing fractions have closed forms, and cells that must fill their container.
@@ -189,4 +189,45 @@ TEST_CASE("voronoi: a cell at a free surface is not closed, nor one at a wall th
     auto const p = dem::packed_of(solver.grains(), gone, {100 * r, false});
     CHECK(p.closed == 4);
     CHECK(p.fraction == close_to(pi / 4).epsilon(1e-6));
+}
+
+TEST_CASE("voronoi: the cells of a periodic gas fill its cell, wherever its sides are, at rest and sheared")
+{
+    auto const check = []<int D>(dem::Solver<D> start, int steps) {
+        for (int n = 0; n < steps; ++n) start.step(unit::periodic_step);  // grains leave the cell between lists, too
+        auto const& state = start.state();
+        auto const t = dem::tessellate(start.setup(), state);
+        double room = 1.0;
+        for (int k = 0; k < D; ++k) room *= dem::component(state.cell.extent, k);
+        CHECK(std::abs(sum(t.volume) - room) < 1e-9 * room);
+        CHECK(std::ranges::all_of(t.closed, [](bool closed) { return closed; }));
+        auto moved = state;  // all of it by parts of the cell
+        for (auto& place : moved.grains.place)
+            for (int k = 0; k < D; ++k)
+                dem::component<D>(place.centre, k) += 0.37 * dem::component(state.cell.extent, k);
+        auto const after = dem::tessellate(start.setup(), moved);
+        for (std::size_t i = 0; i < t.volume.size(); ++i)
+            CHECK(std::abs(after.volume[i] - t.volume[i]) < 1e-9 * t.volume[i]);
+    };
+    check(dem::Solver<2>(unit::cell<2>(unit::cube<2>(8)), unit::gas<2>(8, 1.0)), 500);
+    check(dem::Solver<3>(unit::cell<3>(unit::cube<3>(5)), unit::gas<3>(5, 1.0)), 500);
+    check(unit::sheared<2>(), 2000);
+    check(unit::sheared<3>(), 2000);
+}
+
+TEST_CASE("voronoi: a square lattice sheared by a part of its spacing has cells of one size; by s = 1/2 in six sides")
+{
+    // radii alike: cells are those of the lattice (a, 0), (s a, a), all of area a^2
+    double const a = 2.1e-3;
+    for (double const part : {0.0, 0.25, 0.5, 1.0}) {
+        dem::Setup<2> s = unit::cell<2>(unit::cube<2>(4));
+        s.periodic.shear = {.along = 1, .across = 0, .rate = 1.0};
+        dem::Grains<2> g;
+        for (int k = 0; k < 16; ++k)
+            g.add({(k / 4 + 0.5) * a, (k % 4 + 0.5 + part * (k / 4)) * a}, 1e-3, unit::density);
+        dem::Solver<2> solver(s, g);
+        dem::State<2> state = solver.state();
+        state.cell.offset = 4 * a * part - 4 * a * std::round(part);
+        for (auto const volume : dem::tessellate(solver.setup(), state).volume) CHECK(volume == close_to(a * a));
+    }
 }
