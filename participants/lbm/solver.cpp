@@ -64,6 +64,7 @@ Walls walls_lu(Config const& c, Relaxation const& relaxation)
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) walls.side[s / 2][s % 2] = boundary_lu<D>(c, s);
     walls.even_rate = relaxation.shear;
     for (std::size_t k = 0; k < 3; ++k) walls.half_force[k] = 0.5 * relaxation.force[k];
+    walls.row_ends = row_ends<D>(walls, c.cells()[0]);
     return walls;
 }
 
