@@ -323,6 +323,14 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     read_walls(r, c);
     read_solids(r, c);
     take(r.numbers_or("acceleration", zero, {.unit = "m/s2"}), c.acceleration);
+    if (auto block = r.child_if("oscillation")) {
+        Oscillation oscillation;
+        take(block->numbers("amplitude", c.axes(), {.unit = "m/s2"}), oscillation.amplitude);
+        // ten steps a period: an explicit scheme resolves no less
+        oscillation.frequency = block->number("frequency", {.above = 0.0, .max = 0.1 / c.step, .unit = "Hz"});
+        block->finish();
+        c.oscillation = oscillation;
+    }
     c.hydrostatic = r.flag_or("gravity", false);
     if (c.hydrostatic)
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];

@@ -67,6 +67,7 @@ les: 0.1
 walls: {left: periodic, right: periodic, top: {velocity: 0.3}}
 gravity: true
 acceleration: [1, 0]
+oscillation: {amplitude: [0.5, 0.25], frequency: 2}
 hydrodynamic_radius: 0.7
 threads: 3
 )");
@@ -78,6 +79,8 @@ threads: 3
     CHECK(!c.periodic(1));
     CHECK(c.walls[lbm::top<2>].velocity[0] == 0.3);
     CHECK(c.acceleration == std::array<double, 3>{1, -9.81, 0});
+    CHECK(c.oscillation->amplitude == std::array<double, 3>{0.5, 0.25, 0});
+    CHECK(c.oscillation->frequency == 2);
     CHECK(c.hydrodynamic_radius == 0.7);
     CHECK(c.threads == 3);
 }
