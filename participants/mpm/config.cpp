@@ -208,6 +208,10 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     for (sluice::Reader body : r.list("bodies")) c.bodies.push_back(read_body(body, dimension));
     if (c.bodies.empty()) r.problem("column", "is missing (give column, bodies or both).");
     read_geostatic(r, c);
+    if (auto grains = r.child_if("grains")) {
+        c.grain_friction = grains->number("friction", {.min = 0.0});
+        grains->finish();
+    }
     c.front_depth = r.number_if("front_depth", {.above = 0.0, .unit = "m"});
     c.threads = sluice::read_threads(r, "1");
     r.finish();

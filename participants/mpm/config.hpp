@@ -65,6 +65,7 @@ struct Config
     std::optional<GeostaticConfig> geostatic;
     std::optional<double>
         front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of the root of its area
+    std::optional<double> grain_friction;  //!< of the matter on the grains of a partner
     int threads = 1;
 };
 

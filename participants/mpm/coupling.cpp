@@ -15,21 +15,122 @@ namespace {
 
 constexpr double front_share = 0.05;      // of the root of the area at the start: 2 to 3 grains, if it has 3000
 constexpr double steps_of_a_window = 50;  // without a partner a window only paces the output
+constexpr double fewest_cells = 0.5, few_cells = 4;  // of a grain's radius: fewer are refused; warned of (README.md)
+
+//! The grains of a partner, as the edge samples them, and what they got in a window.
+template <int D>
+class GrainEdge
+{
+ public:
+    GrainEdge(sluice::Participant& self, double cell) : self_(self), cell_(cell)
+    {
+        auto const senders = self.senders("kinematics");
+        sluice::require(senders.size() <= 1, [] {
+            return sluice::Error("mpm: kinematics from more than one participant (at most one sends them).");
+        });
+        if (!senders.empty()) from_ = senders[0];
+    }
+    bool exists() const { return !from_.empty(); }
+
+    void begin(sluice::Window const& window)
+    {
+        samples_.emplace(self_.read<sluice::Kinematics>(from_, window));
+        auto const ids = samples_->ids();
+        id_.assign(ids.begin(), ids.end());
+        force_.assign(D * id_.size(), 0.0);
+        torque_.assign(spins * id_.size(), 0.0);
+    }
+    //! As at the start of a step of `dt` that ends at `time`. Points and grid move by velocities of its end: so do
+    //! grains.
+    std::vector<Grain<D>> grains(double time, double dt)
+    {
+        auto const k = samples_->at(time);
+        std::vector<Grain<D>> grains(k.id.size());
+        for (std::size_t i = 0; i < grains.size(); ++i) {
+            Grain<D>& g = grains[i];
+            g.id = k.id[i];
+            g.radius = k.radius[i];
+            g.velocity = Eigen::Map<Vec<D> const>(k.velocity.data() + D * i);
+            g.spin = Eigen::Map<Spin<D> const>(k.angular_velocity.data() + spins * i);
+            g.place = Eigen::Map<Vec<D> const>(k.position.data() + D * i) - 0.5 * dt * g.velocity;
+            check_size(g);
+        }
+        return grains;
+    }
+    //! Of one step of a window: its share of the mean load.
+    void add(std::vector<Push<D>> const& pushes, double window)
+    {
+        for (std::size_t i = 0; i < pushes.size(); ++i) {
+            for (std::size_t k = 0; k < D; ++k) force_[D * i + k] += pushes[i].impulse[static_cast<int>(k)] / window;
+            for (std::size_t k = 0; k < spins; ++k)
+                torque_[spins * i + k] += pushes[i].angular[static_cast<int>(k)] / window;
+        }
+    }
+    void tell()
+    {
+        for (auto const& to : self_.receivers("load")) self_.write(to, sluice::Load{id_, force_, torque_});
+    }
+    //! What all grains got in a window [N s].
+    Vec<D> impulse(double window) const
+    {
+        Vec<D> sum = Vec<D>::Zero();
+        for (std::size_t i = 0; i < force_.size(); ++i) sum[static_cast<int>(i % D)] += window * force_[i];
+        return sum;
+    }
+
+ private:
+    static constexpr std::size_t spins = D == 2 ? 1 : 3;
+
+    void check_size(Grain<D> const& g)
+    {
+        double const cells = g.radius / cell_;
+        auto const seen = [&] {
+            char text[100];
+            std::snprintf(text, sizeof text, "grain %lld has a radius of %g m, %.3g cells",
+                          static_cast<long long>(g.id), g.radius, cells);
+            return std::string(text);
+        };
+        sluice::require(cells >= fewest_cells, [&] {
+            return sluice::Error("mpm: " + seen() +
+                                 " (must be at least half a cell). Try a finer cell, or leave grains as small as that "
+                                 "out of the coupling (region).");
+        });
+        if (cells < few_cells && !warned_)
+            self_.warn(seen() + " (should be four or more: friction and way around it are off). Try a finer cell.");
+        warned_ |= cells < few_cells;
+    }
+
+    sluice::Participant& self_;
+    double cell_;
+    std::string from_;
+    std::optional<sluice::Sampled<sluice::Kinematics>> samples_;
+    std::vector<std::int64_t> id_;
+    std::vector<double> force_, torque_;
+    bool warned_ = false;
+};
 
 //! One window in steps of our own: with `step: auto` as long as the speeds allow, what is left shared out evenly.
 template <int D>
-void advance(Solver<D>& solver, Config const& config, sluice::Window const& window)
+void advance(Solver<D>& solver, Config const& config, sluice::Window const& window, GrainEdge<D>& edge)
 {
+    if (edge.exists()) edge.begin(window);
+    auto const step = [&](double done, double dt) {
+        if (edge.exists()) solver.set_grains(edge.grains(window.begin + done + dt, dt));
+        solver.step(dt);
+        if (edge.exists()) edge.add(solver.grains().pushes(), window.length);
+    };
     if (config.step) {
         std::int64_t const steps = window.steps(*config.step);
-        for (std::int64_t k = 0; k < steps; ++k) solver.step(window.length / static_cast<double>(steps));
+        double const dt = window.length / static_cast<double>(steps);
+        for (std::int64_t k = 0; k < steps; ++k) step(static_cast<double>(k) * dt, dt);
         return;
     }
     double done = 0;
     while (true) {
+        if (edge.exists()) solver.set_grains(edge.grains(window.begin + done, 0));
         double const left = window.length - done;
         auto const steps = std::max(1.0, std::ceil(left / solver.longest_step() - 1e-9));
-        solver.step(left / steps);
+        step(done, left / steps);
         if (steps == 1) return;
         done += left / steps;
     }
@@ -78,7 +179,15 @@ void run(sluice::Participant& self, Config const& config)
 {
     Solver<D> solver = make_solver<D>(config);
     Start start = start_of(config, solver);
-    self.propose_window(steps_of_a_window * start.step);
+    GrainEdge<D> edge(self, config.cell);
+    sluice::require(!edge.exists() || config.grain_friction, [] {
+        return sluice::Error(
+            "mpm: a partner sends grains, and grains.friction is missing (needs the friction of the matter on them). "
+            "Try grains: {friction: 0.5}.");
+    });
+    solver.set_friction(config.grain_friction.value_or(0));
+    if (!edge.exists()) self.skipped("grains", "no participant sends kinematics", 1.0);
+    self.propose_window((edge.exists() ? 1 : steps_of_a_window) * start.step);
     if (self.checking()) return describe(solver, config);
     self.keeps(
         [&](sluice::State& state) {
@@ -92,21 +201,25 @@ void run(sluice::Participant& self, Config const& config)
     auto const front_depth = [&] { return config.front_depth.value_or(start.front_depth); };
     std::optional<Recorder<D>> recorder;
     auto const begin_recording = [&](std::optional<double> resumed_at) {
-        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, resumed_at);
+        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, edge.exists(), resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
     if (!self.resumes()) {
         begin_recording(std::nullopt);
         recorder->picture(0.0, solver.state());
-        recorder->row(0.0, solver, front_depth(), start.balance);
+        recorder->row(0.0, solver, front_depth(), start.balance, Vec<D>::Zero());
+        edge.tell();
     }
     sluice::Windows windows = self.windows();
     if (self.resumes()) begin_recording(self.resumed_at());
+    bool const iterates = !self.scene().implicit.empty();
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());
-        advance(solver, config, window);
+        advance(solver, config, window, edge);
+        edge.tell();
+        if (iterates && !self.accepted(window)) continue;
         if (window.output) recorder->picture(window.end, solver.state());
-        if (window.series) recorder->row(window.end, solver, front_depth(), start.balance);
+        if (window.series) recorder->row(window.end, solver, front_depth(), start.balance, edge.impulse(window.length));
     }
     auto const r = run_out_of(solver.setup(), solver.state(), front_depth());
     auto const steps = static_cast<double>(std::max<std::int64_t>(1, solver.state().steps));
@@ -127,8 +240,8 @@ void run(sluice::Participant& self, Config const& config)
 
 void take_part(sluice::Participant& self)
 {
-    self.sends({});
-    self.takes({});
+    self.sends({"load"});
+    self.takes({"kinematics"});
     auto const& scene = self.scene();
     auto reader = self.config();
     Config const config = read_config(reader, scene.dimension, scene.gravity);
