@@ -70,7 +70,7 @@ struct Config
 };
 
 //! Reads a participant's `config:` block (keys: README.md). Every mistake becomes a problem of the reader; finish()
-//! throws them.
-Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity);
+//! throws them. `grains`: a partner sends some.
+Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity, bool grains = false);
 
 }  // namespace mpm

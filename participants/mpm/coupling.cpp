@@ -15,7 +15,8 @@ namespace {
 
 constexpr double front_share = 0.05;      // of the root of the area at the start: 2 to 3 grains, if it has 3000
 constexpr double steps_of_a_window = 50;  // without a partner a window only paces the output
-constexpr double fewest_cells = 0.5, few_cells = 4;  // of a grain's radius: fewer are refused; warned of (README.md)
+constexpr double share_of_a_step = 0.8;   // with grains: a window stays one step if speeds grow by a quarter
+constexpr double few_cells = 4;           // of a grain's radius: fewer are warned of (README.md, M13)
 
 //! The grains of a partner, as the edge samples them, and what they got in a window.
 template <int D>
@@ -84,20 +85,14 @@ class GrainEdge
     void check_size(Grain<D> const& g)
     {
         double const cells = g.radius / cell_;
-        auto const seen = [&] {
-            char text[100];
-            std::snprintf(text, sizeof text, "grain %lld has a radius of %g m, %.3g cells",
-                          static_cast<long long>(g.id), g.radius, cells);
-            return std::string(text);
-        };
-        sluice::require(cells >= fewest_cells, [&] {
-            return sluice::Error("mpm: " + seen() +
-                                 " (must be at least half a cell). Try a finer cell, or leave grains as small as that "
-                                 "out of the coupling (region).");
-        });
-        if (cells < few_cells && !warned_)
-            self_.warn(seen() + " (should be four or more: friction and way around it are off). Try a finer cell.");
-        warned_ |= cells < few_cells;
+        if (cells >= few_cells || warned_) return;
+        warned_ = true;
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "grain %lld has a radius of %g m, %.3g cells (should be %g or more: friction and the way around "
+                      "it are off). Try a finer cell.",
+                      static_cast<long long>(g.id), g.radius, cells, few_cells);
+        self_.warn(text);
     }
 
     sluice::Participant& self_;
@@ -109,15 +104,38 @@ class GrainEdge
     bool warned_ = false;
 };
 
+//! What the summary says about the start and the work with grains; a checkpoint keeps it, for that of a resumed run.
+struct Start
+{
+    double height = 0, front = 0;     //!< [m]
+    double step = 0;                  //!< [s]
+    double balance = 0;               //!< of the energies [J]
+    double front_depth = 0;           //!< if none is named [m]
+    double contacts = 0, sweeps = 0;  //!< with grains, summed over the steps
+
+    void keep(sluice::State& state) const
+    {
+        state.put("start", std::vector<double>{height, front, step, balance, front_depth, contacts, sweeps});
+    }
+    static Start kept(sluice::State const& state)
+    {
+        auto const numbers = state.numbers("start", 7);
+        return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6]};
+    }
+};
+
 //! One window in steps of our own: with `step: auto` as long as the speeds allow, what is left shared out evenly.
 template <int D>
-void advance(Solver<D>& solver, Config const& config, sluice::Window const& window, GrainEdge<D>& edge)
+void advance(Solver<D>& solver, Config const& config, sluice::Window const& window, GrainEdge<D>& edge, Start& work)
 {
     if (edge.exists()) edge.begin(window);
     auto const step = [&](double done, double dt) {
         if (edge.exists()) solver.set_grains(edge.grains(window.begin + done + dt, dt));
         solver.step(dt);
-        if (edge.exists()) edge.add(solver.grains().pushes(), window.length);
+        if (!edge.exists()) return;
+        edge.add(solver.grains().pushes(), window.length);
+        work.contacts += static_cast<double>(solver.grains().contacts());
+        work.sweeps += solver.grains().sweeps();
     };
     if (config.step) {
         std::int64_t const steps = window.steps(*config.step);
@@ -144,25 +162,6 @@ void describe(Solver<D> const& solver, Config const& config)
                 config.step ? *config.step : solver.longest_step(), config.courant, solver.limit());
 }
 
-//! What the summary says about the start; a checkpoint keeps it, for the summary of a resumed run.
-struct Start
-{
-    double height = 0, front = 0;  //!< [m]
-    double step = 0;               //!< [s]
-    double balance = 0;            //!< of the energies [J]
-    double front_depth = 0;        //!< if none is named [m]
-
-    void keep(sluice::State& state) const
-    {
-        state.put("start", std::vector<double>{height, front, step, balance, front_depth});
-    }
-    static Start kept(sluice::State const& state)
-    {
-        auto const numbers = state.numbers("start", 5);
-        return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]};
-    }
-};
-
 template <int D>
 Start start_of(Config const& config, Solver<D> const& solver)
 {
@@ -171,7 +170,7 @@ Start start_of(Config const& config, Solver<D> const& solver)
     double volume = 0;
     for (Point<D> const& p : solver.state().points) volume += p.volume;
     double const area = D == 2 ? volume : volume / config.size[1];
-    return {r.height, r.foremost, step, solver.energies().balance(), front_share * std::sqrt(area)};
+    return {r.height, r.foremost, step, solver.energies().balance(), front_share * std::sqrt(area), 0, 0};
 }
 
 template <int D>
@@ -180,14 +179,9 @@ void run(sluice::Participant& self, Config const& config)
     Solver<D> solver = make_solver<D>(config);
     Start start = start_of(config, solver);
     GrainEdge<D> edge(self, config.cell);
-    sluice::require(!edge.exists() || config.grain_friction, [] {
-        return sluice::Error(
-            "mpm: a partner sends grains, and grains.friction is missing (needs the friction of the matter on them). "
-            "Try grains: {friction: 0.5}.");
-    });
     solver.set_friction(config.grain_friction.value_or(0));
     if (!edge.exists()) self.skipped("grains", "no participant sends kinematics", 1.0);
-    self.propose_window((edge.exists() ? 1 : steps_of_a_window) * start.step);
+    self.propose_window((edge.exists() ? share_of_a_step : steps_of_a_window) * start.step);
     if (self.checking()) return describe(solver, config);
     self.keeps(
         [&](sluice::State& state) {
@@ -215,7 +209,7 @@ void run(sluice::Participant& self, Config const& config)
     bool const iterates = !self.scene().implicit.empty();
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());
-        advance(solver, config, window, edge);
+        advance(solver, config, window, edge, start);
         edge.tell();
         if (iterates && !self.accepted(window)) continue;
         if (window.output) recorder->picture(window.end, solver.state());
@@ -231,6 +225,10 @@ void run(sluice::Participant& self, Config const& config)
     self.fact("final run-out [m]", r.front);
     self.fact("final height [m]", r.height);
     self.fact("nodes of almost no mass, a step", static_cast<double>(solver.light_nodes()) / steps);
+    if (edge.exists()) {
+        self.fact("contacts with grains, a step", start.contacts / steps);
+        self.fact("sweeps over them, a step", start.sweeps / steps);
+    }
     double all = 1;
     for (int const cells : solver.setup().cells) all *= cells + 3;
     self.skipped("empty cells", "nodes that no point reaches do not exist",
@@ -244,7 +242,7 @@ void take_part(sluice::Participant& self)
     self.takes({"kinematics"});
     auto const& scene = self.scene();
     auto reader = self.config();
-    Config const config = read_config(reader, scene.dimension, scene.gravity);
+    Config const config = read_config(reader, scene.dimension, scene.gravity, !self.senders("kinematics").empty());
     sluice::require(self.ranks() == 1, [&] {
         return sluice::Error("mpm: ranks = " + std::to_string(self.ranks()) + " (needed: ranks: 1, or none).");
     });

@@ -19,7 +19,22 @@ constexpr double reach = 1;  // cells: a point further from a grain does not tou
 //! c^2) at most. Without softness neighbours that share nodes work against each other, and the sweeps do not end.
 constexpr double opened = 0.2, softness = 0.1;
 constexpr double tolerance = 1e-5;  // cells by which a sweep may still move a face; the next step sees what is left
-constexpr int most_sweeps = 200;
+constexpr int most_sweeps = 40;
+constexpr double fewest_cells = 0.5;  // of a radius: less would slip between the points of a cell
+
+template <int D>
+void require_size(Setup<D> const& setup, Grain<D> const& g)
+{
+    double const cells = g.radius / setup.cell;
+    sluice::require(cells >= fewest_cells, [&] {
+        char text[300];
+        std::snprintf(text, sizeof text,
+                      "mpm: grain %lld has a radius of %g m, %.3g cells (must be at least %g). Try a finer cell, or "
+                      "leave grains as small as that out of the coupling (region).",
+                      static_cast<long long>(g.id), g.radius, cells, fewest_cells);
+        return sluice::Error(text);
+    });
+}
 
 }  // namespace
 
@@ -92,7 +107,10 @@ void GrainContacts<D>::begin(Setup<D> const& setup)
     nodes_.clear();
     pushes_.assign(grains_.size(), {});
     sweeps_ = 0;
-    for (std::size_t g = 0; g < grains_.size(); ++g) mark(setup, g);
+    for (std::size_t g = 0; g < grains_.size(); ++g) {
+        require_size(setup, grains_[g]);
+        mark(setup, g);
+    }
 }
 
 template <int D>

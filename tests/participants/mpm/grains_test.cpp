@@ -224,3 +224,18 @@ TEST_CASE("grains: a fast one shortens the step, a point deep inside one ends th
     CHECK(contains(said, "cells inside grain 7 (must stay outside)"));
     CHECK(contains(said, "mpm: point "));
 }
+
+TEST_CASE("grains: one smaller than a cell is refused, with its size")
+{
+    auto solver = with_grains<2>(block<2>(), false, 0);
+    auto grains = two<2>(0.05, {0, 0});
+    grains[1].radius = 0.049;
+    solver.set_grains(grains);
+    std::string said;
+    try {
+        solver.step(1e-3);
+    } catch (sluice::Error const& e) {
+        said = e.what();
+    }
+    CHECK(contains(said, "grain 9 has a radius of 0.049 m, 0.49 cells (must be at least 0.5)"));
+}
