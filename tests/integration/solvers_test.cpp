@@ -83,7 +83,8 @@ TEST_CASE("configs: every scene passes the check and runs shortened with ParaVie
         auto const text = shell::slurp(entry.path());
         std::vector<std::string> settings{"time.end=0.0006", "output.interval=0.0002"};
         for (std::string const many : {"fill", "column"})
-            if (text.find("solver: dem") != std::string::npos && text.find(many + ": {") != std::string::npos)
+            if (text.find("  grains:\n    solver: dem") != std::string::npos &&
+                text.find(many + ": {") != std::string::npos)
                 settings.push_back("participants.grains.config." + many + ".count=150");
         REQUIRE(run(entry.path(), out, settings).exit == 0);
         CHECK(std::filesystem::exists(out / "summary.json"));
