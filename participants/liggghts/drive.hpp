@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "participants/dem/state.hpp"
+#include "participants/liggghts/engine.hpp"
+
+namespace liggghts {
+
+//! A wall that vanishes before the step of this number.
+struct Removal
+{
+    std::int64_t step;
+    std::string fix;
+};
+
+//! What the loads of partners did to the grains.
+template <int D>
+struct Given
+{
+    dem::Vec<D> impulse{};  //!< [N s]; discs: per metre
+    double work = 0.0;      //!< [J]
+};
+
+//! Moves the grains under loads that change from step to step. As in our DEM the load of a step acts in both its half
+//! kicks. LIGGGHTS has one evaluation of forces between two steps, for the second half kick of the one and the first of
+//! the other: it gets the mean of both loads, which moves the grains to the same places. At the ends of a run
+//! velocities are those of our DEM, too.
+template <int D>
+class Drive
+{
+ public:
+    //! Loads by the tag of their grain; a grain beyond the end has none.
+    using Loads = std::vector<dem::Load<D>>;
+    using LoadOfStep = std::function<Loads const&(std::int64_t step)>;
+
+    explicit Drive(Engine& engine) : engine_(engine) {}
+
+    //! From now on the grains of the engine are driven; `applied` is what acts at first.
+    void begin(Loads applied = {});
+    //! So many steps of dt [s], under the load of each, or where loads do not `vary` of the first.
+    Given<D> advance(std::int64_t steps, double dt, LoadOfStep const& load, bool vary,
+                     std::vector<Removal> const& removals = {});
+    Loads const& applied() const { return applied_; }  //!< at the end of the last step
+
+ private:
+    void exchange(Loads const& with);
+    void push(Rows const& rows);
+
+    Engine& engine_;
+    Loads applied_;  //!< in the evaluation of forces that is the last one
+    Loads now_;      //!< of the step in progress
+    LoadOfStep load_;
+    bool vary_ = false, running_ = false;
+    std::int64_t step_ = 0, steps_ = 0;
+    double dt_ = 0.0;
+    Given<D> given_;
+};
+
+}  // namespace liggghts
