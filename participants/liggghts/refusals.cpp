@@ -34,6 +34,15 @@ void look_at_contact(ContactConfig const& c, std::string const& whose, std::vect
                                         " (LIGGGHTS' hertz takes at most 0.68). Try a smaller one, or law: linear."});
 }
 
+void look_at_rolling(ContactConfig const& c, ContactConfig const& grains, char const* key, std::string const& who,
+                     std::vector<Refusal>& found)
+{
+    if (c.rolling == dem::Rolling::elastic_plastic && !rolls_by_epsd3(c, grains) && c.rolling_stiffness != 1.0)
+        found.push_back({key, who + " rolling with rolling_ratio " + number(c.rolling_stiffness) +
+                                  " (LIGGGHTS' epsd3 has one stiffness for grains and walls of one rolling_friction, "
+                                  "at most the root of rolling_ratio kt/kn; its epsd2 has rolling_ratio: 1). Give 1."});
+}
+
 void look_at_wall(dem::WallConfig const& wall, dem::Config const& config, std::vector<Refusal>& found)
 {
     auto const refuse = [&](std::string const& text) { found.push_back({"walls", "\"" + wall.name + "\" " + text}); };
@@ -47,16 +56,29 @@ void look_at_wall(dem::WallConfig const& wall, dem::Config const& config, std::v
     if (own.elasticity == dem::Elasticity::hertz &&
         (own.youngs_modulus != grains.youngs_modulus || own.poissons_ratio != grains.poissons_ratio))
         refuse("is of other matter than the grains (needed with hertz: the same youngs_modulus and poissons_ratio).");
-    if (own.rolling == dem::Rolling::elastic_plastic &&
-        (own.rolling_friction != grains.rolling_friction || own.rolling_stiffness != grains.rolling_stiffness ||
-         own.tangential_stiffness * grains.normal_stiffness != grains.tangential_stiffness * own.normal_stiffness))
-        refuse(
-            "resists rolling otherwise than the grains (LIGGGHTS' epsd3 has one stiffness for all: needed are the "
-            "same rolling_friction, rolling_ratio and tangential_ratio).");
+    look_at_rolling(own, grains, "walls", "\"" + wall.name + "\" resists", found);
     look_at_contact(own, "contacts of \"" + wall.name + "\" ", found);
 }
 
 }  // namespace
+
+double rolling_stiffness(ContactConfig const& c)
+{
+    double kn = c.normal_stiffness, kt = c.tangential_stiffness;
+    if (c.elasticity == dem::Elasticity::hertz) {  // both go with the root of R* xi
+        auto const law = dem::contact_law(c);
+        kn = law.normal.stiffness;
+        kt = law.tangential.stiffness;
+    }
+    return c.rolling_stiffness * kt / (kn * c.rolling_friction * c.rolling_friction);
+}
+
+bool rolls_by_epsd3(ContactConfig const& c, ContactConfig const& grains)
+{
+    double const number = rolling_stiffness(grains);
+    return number >= 1.0 && c.rolling_friction == grains.rolling_friction &&  // LIGGGHTS takes no smaller one
+           std::abs(rolling_stiffness(c) - number) < 1e-12 * number;
+}
 
 std::vector<Refusal> refusals(dem::Config const& config)
 {
@@ -72,6 +94,7 @@ std::vector<Refusal> refusals(dem::Config const& config)
          "asks for what LIGGGHTS keeps to itself: drift, force_chains. Leave them out, or try solver: dem.");
     none(!config.averages.empty(), "averages", "needs contact forces, which LIGGGHTS keeps to itself. Leave it out.");
     look_at_contact(config.contact, "contacts ", found);
+    look_at_rolling(config.contact, config.contact, "contact", "resists", found);
     for (auto const& wall : config.walls) look_at_wall(wall, config, found);
     return found;
 }
@@ -88,6 +111,12 @@ std::vector<std::string> differences(dem::Config const& config, SizeClasses cons
     if (c.rolling == dem::Rolling::constant)
         said.emplace_back(
             "LIGGGHTS: cdt, its constant resistance to rolling, goes with the elastic part of the normal force.");
+    auto const without_dashpot = [&](ContactConfig const& of, std::string const& where) {
+        if (of.rolling == dem::Rolling::elastic_plastic && !rolls_by_epsd3(of, c) && of.rolling_damping > 0.0)
+            said.push_back("LIGGGHTS: rolling " + where + " is by epsd2, without rolling_damping.");
+    };
+    without_dashpot(c, "of grains on grains");
+    for (auto const& wall : config.walls) without_dashpot(wall.contact, "on \"" + wall.name + "\"");
     if (config.threads > 1) said.emplace_back("LIGGGHTS: it has no threads. Give ranks instead.");
     return said;
 }

@@ -26,13 +26,14 @@ std::string on_off(bool on)
     return on ? "on" : "off";
 }
 
-//! What LIGGGHTS calls the laws of this block.
-std::string model_of(ContactConfig const& c)
+//! What LIGGGHTS calls the laws of this block, among others of grains.
+std::string model_of(ContactConfig const& c, ContactConfig const& grains)
 {
     std::string model = c.elasticity == dem::Elasticity::linear ? "model hooke/stiffness" : "model hertz";
     model += " tangential history";
     if (c.rolling == dem::Rolling::constant) model += " rolling_friction cdt";
-    if (c.rolling == dem::Rolling::elastic_plastic) model += " rolling_friction epsd3";
+    if (c.rolling == dem::Rolling::elastic_plastic)
+        model += rolls_by_epsd3(c, grains) ? " rolling_friction epsd3" : " rolling_friction epsd2";
     return model;
 }
 std::string settings_of(ContactConfig const& c)
@@ -91,7 +92,8 @@ class Properties
     {
         out_ << "fix p_" << name << " all property/global " << name << " peratomtypepair " << types_;
         for (std::size_t i = 0; i < types_; ++i)
-            for (std::size_t j = 0; j < types_; ++j) out_ << ' ' << digits(of(i, j));
+            for (std::size_t j = 0; j < types_; ++j)  // to the last bit symmetric
+                out_ << ' ' << digits(of(std::min(i, j), std::max(i, j)));
         out_ << '\n';
     }
     void types(std::string const& name, double value)
@@ -109,18 +111,6 @@ class Properties
     std::ostream& out_;
     std::size_t types_;
 };
-
-//! kr of epsd3 is a number times kn mu_r^2 R*^2, ours rolling_ratio kt R*^2: that number.
-double rolling_stiffness(ContactConfig const& c)
-{
-    double kn = c.normal_stiffness, kt = c.tangential_stiffness;
-    if (c.elasticity == dem::Elasticity::hertz) {  // both go with the root of R* xi
-        auto const law = dem::contact_law(c);
-        kn = law.normal.stiffness;
-        kt = law.tangential.stiffness;
-    }
-    return c.rolling_stiffness * kt / (kn * c.rolling_friction * c.rolling_friction);
-}
 
 //! Restitution of a dashpot of this ratio that may pull: what LIGGGHTS takes its own ratio from.
 double restitution_of(double damping_ratio)
@@ -153,12 +143,12 @@ void write_laws(std::ostream& out, Types const& types)
     p.pairs("coefficientFriction", [&](auto i, auto j) { return types.contact(i, j).friction; });
     if (grains.rolling != dem::Rolling::none)
         p.pairs("coefficientRollingFriction", [&](auto i, auto j) { return types.contact(i, j).rolling_friction; });
-    if (grains.rolling == dem::Rolling::elastic_plastic) {
-        p.number("coeffRollingStiffness", rolling_stiffness(grains));
+    if (grains.rolling == dem::Rolling::elastic_plastic && rolls_by_epsd3(grains, grains)) {
+        p.number("rollingStiffness", rolling_stiffness(grains));
         p.pairs("coefficientRollingViscousDamping",
                 [&](auto i, auto j) { return types.contact(i, j).rolling_damping * types.rolling_share(i, j); });
     }
-    out << "pair_style gran " << model_of(grains) << ' ' << settings_of(grains) << "\npair_coeff * *\n";
+    out << "pair_style gran " << model_of(grains, grains) << ' ' << settings_of(grains) << "\npair_coeff * *\n";
 }
 
 //! The axis along which a vector lies: 0, 1, 2; -1: none.
@@ -191,8 +181,8 @@ void write_walls(std::ostream& out, Types const& types, double now)
     for (std::size_t w = 0; w < types.config.walls.size(); ++w) {
         auto const& wall = types.config.walls[w];
         if (!(wall.removed_at > now)) continue;
-        out << "fix " << wall_name(w) << " all wall/gran " << model_of(wall.contact) << " primitive type "
-            << types.grains() + w + 1 << ' ' << shape_of(wall, types.config.dimension) << ' '
+        out << "fix " << wall_name(w) << " all wall/gran " << model_of(wall.contact, types.config.contact)
+            << " primitive type " << types.grains() + w + 1 << ' ' << shape_of(wall, types.config.dimension) << ' '
             << settings_of(wall.contact) << '\n';
     }
 }

@@ -21,6 +21,11 @@ struct Refusal
     std::string text;  //!< why, and what to try
 };
 std::vector<Refusal> refusals(dem::Config const& config);
+//! LIGGGHTS' epsd3 has the stiffness S kn mu_r^2 R*^2, one number S for all; ours is rolling_ratio kt R*^2. That
+//! number.
+double rolling_stiffness(dem::ContactConfig const& contact);
+//! Whether contacts, the grains' or a wall's, resist rolling by epsd3; else by epsd2, with kt R*^2 and no dashpot.
+bool rolls_by_epsd3(dem::ContactConfig const& contact, dem::ContactConfig const& grains);
 //! What it does in another way than our DEM, one sentence each. `classes` may be empty: the grains are not known yet.
 std::vector<std::string> differences(dem::Config const& config, SizeClasses const& classes);
 

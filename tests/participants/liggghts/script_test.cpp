@@ -119,8 +119,8 @@ TEST_CASE("script: the resistance to rolling has our stiffness and dashpot")
 {
     auto const config = read(spheres);
     auto const text = script(config);
-    CHECK(contains(text, "coeffRollingStiffness scalar"));
-    auto const at = text.find("coeffRollingStiffness scalar") + 29;
+    CHECK(contains(text, "rollingStiffness scalar"));
+    auto const at = text.find("rollingStiffness scalar") + 24;
     // kr = number kn mu_r^2 R*^2 is to be kt R*^2
     CHECK(std::stod(text.substr(at)) == close_to(2.0 / 7.0 / (0.05 * 0.05)).epsilon(1e-12));
     auto const share = matrix(text, "coefficientRollingViscousDamping");
@@ -128,6 +128,19 @@ TEST_CASE("script: the resistance to rolling has our stiffness and dashpot")
     CHECK(share[2] == close_to(0.3 / std::sqrt(1.4)).epsilon(1e-12));
     // two equal grains: R* = R/2, m* = m/2; I = 1.4 m R^2 / 2
     CHECK(share[0] == close_to(0.3 * 0.5 / std::sqrt(1.4)).epsilon(1e-12));
+}
+
+TEST_CASE("script: a wall with another resistance to rolling has the law with our stiffness, without a dashpot")
+{
+    auto const config = read(changed(spheres, "friction: 0}", "contact: {rolling_friction: 0.2}}"));
+    CHECK(liggghts::refusals(config).empty());
+    auto const text = script(config);
+    CHECK(contains(text, "rolling_friction epsd3 primitive type 3 "));
+    CHECK(contains(text, "rolling_friction epsd2 primitive type 4 "));
+    CHECK(matrix(text, "coefficientRollingFriction")[3] == 0.2);
+    auto const said = liggghts::differences(config, classes<3>(config));
+    REQUIRE(said.size() == 1);
+    CHECK(contains(said[0], "rolling on \"side\" is by epsd2"));
 }
 
 TEST_CASE("script: gravity is less the buoyancy")
@@ -165,7 +178,8 @@ TEST_CASE("script: what LIGGGHTS cannot do is refused, key by key, with what to 
     } const cases[] = {
         {"normal: [1, 0, 0]", "normal: [1, 0, 1]", "walls \"side\" is oblique"},
         {"friction: 0}", "velocity: [0.1, 0, 0]}", "walls \"side\" moves"},
-        {"friction: 0}", "contact: {rolling_friction: 0.1}}", "walls \"side\" resists rolling otherwise"},
+        {"friction: 0}", "contact: {rolling_friction: 0.1, rolling_ratio: 0.5}}",
+         "walls \"side\" resists rolling with rolling_ratio 0.5"},
         {"density: 2500\n", "density: 2500\nsleep: {speed: 1e-5, time: 0.005}\n", "sleep is nothing"},
         {"density: 2500\n", "density: 2500\ngravity_ramp: {time: 0.5}\n", "gravity_ramp is not handed"},
         {"density: 2500\n", "density: 2500\nlubrication: {viscosity: 1e-3, cutoff: 1e-3}\n", "lubrication is no"},
