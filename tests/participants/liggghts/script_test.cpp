@@ -98,7 +98,7 @@ TEST_CASE("script: dashpots of each pair of types are those of the masses, at wa
             CHECK(gamma[static_cast<std::size_t>(4 * i + j)] == gamma[static_cast<std::size_t>(4 * j + i)]);
 }
 
-TEST_CASE("script: each wall has a type of its own, with its friction; one that is gone is left out")
+TEST_CASE("script: each wall has a type of its own, with its friction, and one that is gone is left out")
 {
     auto const gate = changed(spheres, "friction: 0}", "friction: 0, removed_at: 0.5}");
     auto const text = script(read(gate));
