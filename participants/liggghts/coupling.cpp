@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "coupler/coupler.hpp"
@@ -61,7 +62,7 @@ class Run
     void tell();
     void record(dem::Due const& due, dem::Vec<D> impulse);
     void advance(sluice::Window const& window);
-    void take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time);
+    void take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time, typename Drive<D>::Loads& loads);
     std::vector<Removal> removals(sluice::Window const& window, std::int64_t steps, double dt) const;
 
     sluice::Participant& self_;
@@ -72,14 +73,12 @@ class Run
     std::unique_ptr<Engine> engine_;
     std::optional<Drive<D>> drive_;
     Mirror<D> mirror_;
-    dem::Columns<D> columns_;
     std::optional<Observer<D>> observer_;
     std::optional<dem::Recorder<D>> recorder_;
-    std::optional<dem::PartnerLoads<D>> loads_;
-    std::vector<std::int64_t> loaded_ids_;  //!< that loads_ is of
-    typename Drive<D>::Loads by_tag_;       //!< what partners do now
-    double work_ = 0.0;                     //!< of their loads so far [J]
-    double now_ = 0.0;                      //!< s
+    std::optional<dem::Finder> find_;
+    std::vector<std::int64_t> found_in_;  //!< that find_ is of
+    double work_ = 0.0;                   //!< of their loads so far [J]
+    double now_ = 0.0;                    //!< s
 };
 
 //! The grains of the block as they are at t = 0, and the input script that says so.
@@ -110,11 +109,10 @@ void Run<D>::start_engine(std::filesystem::path const& restart, typename Drive<D
     }
     run_script(*engine_, source_.generates() ? file("in") : source_.script, restart);
     drive_.emplace(*engine_);
-    drive_->begin(std::move(applied));
+    drive_->begin(std::move(applied), config().measures[dem::Measure::energies].wanted);
     mirror_ = Mirror<D>(ids_);
     mirror_.update(engine_->rows());
-    auto const& grains = mirror_.grains();
-    observer_.emplace(source_.generates() ? dem::make_setup<D>(config()) : bare_setup(config(), grains));
+    observer_.emplace(source_.generates() ? dem::make_setup<D>(config()) : bare_setup(config(), mirror_.grains()));
 }
 
 //! LIGGGHTS' own restart file, and what it does not know. It goes on as one that has read the file: with new lists.
@@ -131,10 +129,7 @@ void Run<D>::keep(sluice::State& state)
         class_mass.push_back(mass);
         class_radius.push_back(radius);
     }
-    for (auto const& load : drive_->applied()) {
-        dem::append(applied, load.force);
-        dem::append(applied, load.torque);
-    }
+    for (auto const& load : drive_->applied()) applied.insert(applied.end(), load.begin(), load.end());
     state.put("classes/mass", class_mass);
     state.put("classes/radius", class_radius);
     state.put("applied", applied);
@@ -159,12 +154,10 @@ void Run<D>::go_on(sluice::State const& state)
     auto const ids = state.integers("ids");
     ids_.assign(ids.begin(), ids.end());
     auto const numbers = state.numbers("applied");
-    typename Drive<D>::Loads applied(numbers.size() / (D == 2 ? 3 : 6));
+    typename Drive<D>::Loads applied(numbers.size() / std::tuple_size_v<Acting<D>>);
     auto next = numbers.begin();
-    for (auto& load : applied) {
-        dem::each_number(load.force, [&](double& number) { number = *next++; });
-        dem::each_number(load.torque, [&](double& number) { number = *next++; });
-    }
+    for (auto& load : applied)
+        for (double& number : load) number = *next++;
     now_ = state.number("time");
     work_ = state.number("work");
     start_ = dem::Start::kept(state);
@@ -184,9 +177,9 @@ void Run<D>::begin_recording(std::optional<double> resumed_at)
 template <int D>
 void Run<D>::look()
 {
-    auto const before = mirror_.grains().size();
+    auto const before = mirror_.id().size();
     mirror_.update(engine_->rows());
-    auto const count = mirror_.grains().size();
+    auto const count = mirror_.id().size();
     sluice::require(!source_.generates() || count == ids_.size(), [&] {
         return sluice::Error("LIGGGHTS has " + std::to_string(count) + " grains, of " + std::to_string(before) +
                                  " before this window: others have left. Try a shorter step.",
@@ -197,22 +190,26 @@ void Run<D>::look()
 template <int D>
 void Run<D>::tell()
 {
-    auto& grains = mirror_.grains();
-    for (std::size_t k = 0; k < grains.size(); ++k) {
-        auto const tag = static_cast<std::size_t>(mirror_.tags()[k]);
-        grains.external[k] = tag < by_tag_.size() ? by_tag_[tag] : dem::Load<D>{};
-    }
-    columns_.update(grains);
     for (auto const& to : self_.receivers("kinematics"))
-        self_.write(
-            to, sluice::Kinematics{columns_.id, columns_.position, columns_.velocity, columns_.spin, columns_.radius});
+        self_.write(to, sluice::Kinematics{mirror_.id(), mirror_.position(), mirror_.velocity(), mirror_.spin(),
+                                           mirror_.radius()});
 }
 
 template <int D>
 void Run<D>::record(dem::Due const& due, dem::Vec<D> impulse)
 {
     if (!dem::is_anything_due(config().measures, due)) return;
-    recorder_->record(due, columns_, {observer_->look(mirror_.grains(), now_, work_), impulse, start_.balance});
+    auto grains = mirror_.grains();
+    auto const& acting = drive_->applied();
+    for (std::size_t k = 0; k < grains.size(); ++k) {
+        auto const tag = static_cast<std::size_t>(mirror_.tags()[k]);
+        if (tag >= acting.size()) continue;
+        auto numbers = acting[tag].begin();
+        dem::each_number(grains.external[k].force, [&](double& number) { number = *numbers++; });
+    }
+    dem::Columns<D> columns;
+    columns.update(grains);
+    recorder_->record(due, columns, {observer_->look(grains, now_, work_), impulse, start_.balance});
 }
 
 //! The walls that vanish in this window; each in the nearest step.
@@ -231,23 +228,28 @@ std::vector<Removal> Run<D>::removals(sluice::Window const& window, std::int64_t
     return found;
 }
 
-//! What all partners do at this time, by tag.
+//! What all partners do at this time, by tag. A partner usually answers in the order in which it was told.
 template <int D>
-void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time)
+void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time,
+                        typename Drive<D>::Loads& loads)
 {
-    if (!loads_ || loaded_ids_ != mirror_.grains().id) {
-        loaded_ids_ = mirror_.grains().id;
-        loads_.emplace(loaded_ids_);
-    }
-    std::vector<dem::PartnerLoad> parts;
+    auto const& ids = mirror_.id();
+    auto const& tags = mirror_.tags();
+    constexpr std::size_t turning = D == 2 ? 1 : 3;
+    loads.assign(tags.empty() ? 0 : static_cast<std::size_t>(tags.back()) + 1, {});
     for (auto& sample : samples) {
         auto const load = sample.at(time);
-        parts.push_back({load.id, load.force, load.torque});
+        bool const as_told = std::ranges::equal(load.id, ids);
+        if (!as_told && (!find_ || found_in_ != ids)) {
+            found_in_ = ids;
+            find_.emplace(ids);
+        }
+        for (std::size_t n = 0; n < load.id.size(); ++n) {
+            auto& sum = loads[static_cast<std::size_t>(tags[as_told ? n : (*find_)(load.id[n])])];
+            for (std::size_t k = 0; k < D; ++k) sum[k] += load.force[D * n + k];
+            for (std::size_t k = 0; k < turning; ++k) sum[D + k] += load.torque[turning * n + k];
+        }
     }
-    loads_->take(parts);
-    auto const& tags = mirror_.tags();
-    by_tag_.assign(tags.empty() ? 0 : static_cast<std::size_t>(tags.back()) + 1, {});
-    for (std::size_t k = 0; k < tags.size(); ++k) by_tag_[static_cast<std::size_t>(tags[k])] = loads_->on_grains()[k];
 }
 
 //! One window in equal steps; what partners do is sampled in the middle of each, or once if it stays the same.
@@ -259,9 +261,8 @@ void Run<D>::advance(sluice::Window const& window)
     std::int64_t const steps = window.steps(config().step);
     double const dt = window.length / static_cast<double>(steps);
     bool const vary = std::ranges::any_of(samples, &sluice::Sampled<sluice::Load>::vary);
-    auto const load = [&](std::int64_t step) -> typename Drive<D>::Loads const& {
-        if (!samples.empty()) take_loads(samples, window.begin + (static_cast<double>(step) + 0.5) * dt);
-        return by_tag_;
+    auto const load = [&](std::int64_t step, typename Drive<D>::Loads& loads) {
+        take_loads(samples, window.begin + (static_cast<double>(step) + 0.5) * dt, loads);
     };
     auto const given = drive_->advance(steps, dt, load, vary, removals(window, steps, dt));
     work_ += given.work;
@@ -292,6 +293,7 @@ void Run<D>::operator()()
     auto const runout = dem::run_out_of(mirror_.grains());
     self_.fact("final run-out [m]", runout.front);
     self_.fact("final height [m]", runout.height);
+    self_.fact("in LIGGGHTS' own steps [s]", engine_->times().own);
     recorder_->close();
 }
 

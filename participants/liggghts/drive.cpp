@@ -6,47 +6,45 @@
 namespace liggghts {
 namespace {
 
-using dem::Load;
-using dem::Vec;
-
-//! Adds the load times `factor` to what acts on a row of LIGGGHTS.
+//! Adds a load to what acts on a row of LIGGGHTS.
 template <int D>
-void add(Rows const& rows, int i, Load<D> const& load, double factor)
+void add(Rows const& rows, int i, Acting<D> const& load)
 {
     double *f = rows.force[i], *t = rows.torque[i];
-    f[0] += factor * load.force.x;
-    f[1] += factor * load.force.y;
-    if constexpr (D == 2) {
-        t[2] += factor * load.torque;
-    } else {
-        f[2] += factor * load.force.z;
-        t[0] += factor * load.torque.x;
-        t[1] += factor * load.torque.y;
-        t[2] += factor * load.torque.z;
-    }
+    for (std::size_t k = 0; k < D; ++k) f[k] += load[k];
+    if constexpr (D == 2)
+        t[2] += load[2];
+    else
+        for (std::size_t k = 0; k < 3; ++k) t[k] += load[3 + k];
 }
 
 //! What a load does to a row, as it moves [W].
 template <int D>
-double power_of(Rows const& rows, int i, Load<D> const& load)
+double power_of(Rows const& rows, int i, Acting<D> const& load)
 {
     double const *v = rows.velocity[i], *w = rows.spin[i];
-    if constexpr (D == 2)
-        return load.force.x * v[0] + load.force.y * v[1] + load.torque * w[2];
-    else
-        return load.force.x * v[0] + load.force.y * v[1] + load.force.z * v[2] + load.torque.x * w[0] +
-               load.torque.y * w[1] + load.torque.z * w[2];
+    double power = D == 2 ? load[2] * w[2] : 0.0;
+    for (std::size_t k = 0; k < D; ++k) power += load[k] * v[k];
+    if constexpr (D == 3)
+        for (std::size_t k = 0; k < 3; ++k) power += load[3 + k] * w[k];
+    return power;
 }
 
 template <int D>
-Load<D> mean_of(Load<D> const& a, Load<D> const& b)
+dem::Vec<D> sum_of(std::vector<Acting<D>> const& loads)
 {
-    return {0.5 * (a.force + b.force), 0.5 * (a.torque + b.torque)};
+    std::array<double, D> sum{};
+    for (auto const& load : loads)
+        for (std::size_t k = 0; k < D; ++k) sum[k] += load[k];
+    if constexpr (D == 2)
+        return {sum[0], sum[1]};
+    else
+        return {sum[0], sum[1], sum[2]};
 }
 
 //! The load of a row's grain; null: it has none.
 template <int D>
-Load<D> const* of(Rows const& rows, int i, std::vector<Load<D>> const& loads)
+Acting<D> const* of(Rows const& rows, int i, std::vector<Acting<D>> const& loads)
 {
     auto const tag = static_cast<std::size_t>(rows.tag[i]);
     return tag < loads.size() ? &loads[tag] : nullptr;
@@ -55,9 +53,10 @@ Load<D> const* of(Rows const& rows, int i, std::vector<Load<D>> const& loads)
 }  // namespace
 
 template <int D>
-void Drive<D>::begin(Loads applied)
+void Drive<D>::begin(Loads applied, bool work)
 {
     applied_ = std::move(applied);
+    wants_work_ = work;
     engine_.couple([this](Rows const& rows) { push(rows); });
 }
 
@@ -65,36 +64,49 @@ void Drive<D>::begin(Loads applied)
 template <int D>
 void Drive<D>::push(Rows const& rows)
 {
-    if (running_) {
+    if (running_ && wants_work_)
         for (int i = 0; i < rows.count; ++i)
-            if (auto const* load = of<D>(rows, i, now_)) {
-                given_.impulse += dt_ * load->force;
+            if (auto const* load = of<D>(rows, i, vary_ ? now_ : applied_))
                 given_.work += dt_ * power_of<D>(rows, i, *load);
-            }
-        if (vary_ && ++step_ < steps_) {
-            Loads const& next = load_(step_);
-            applied_.resize(next.size());
-            now_.resize(next.size());
-            for (std::size_t k = 0; k < next.size(); ++k) applied_[k] = mean_of<D>(now_[k], next[k]);
-            now_ = next;
-        } else if (vary_) {
-            applied_ = now_;
-        }
-    }
+    if (running_ && vary_) turn_to_next();
     for (int i = 0; i < rows.count; ++i)
-        if (auto const* load = of<D>(rows, i, applied_)) add<D>(rows, i, *load, 1.0);
+        if (auto const* load = of<D>(rows, i, applied_)) add<D>(rows, i, *load);
 }
 
-//! Other loads act at once, in the first half kick of the step that follows.
+//! The step in progress ends: with the mean of its load and the next one's, after the last step with its own.
 template <int D>
-void Drive<D>::exchange(Loads const& with)
+void Drive<D>::turn_to_next()
+{
+    if (++step_ == steps_) {
+        applied_ = now_;
+        return;
+    }
+    load_(step_, next_);
+    now_.resize(next_.size());
+    applied_.resize(next_.size());
+    for (std::size_t n = 0; n < next_.size(); ++n)
+        for (std::size_t k = 0; k < next_[n].size(); ++k) applied_[n][k] = 0.5 * (now_[n][k] + next_[n][k]);
+    now_.swap(next_);
+    given_.impulse += dt_ * sum_of<D>(now_);
+}
+
+//! The loads of the first step act at once, in its first half kick, for what acted before.
+template <int D>
+void Drive<D>::exchange()
 {
     Rows const rows = engine_.rows();
+    static constexpr Acting<D> none{};
     for (int i = 0; i < rows.count; ++i) {
-        if (auto const* load = of<D>(rows, i, applied_)) add<D>(rows, i, *load, -1.0);
-        if (auto const* load = of<D>(rows, i, with)) add<D>(rows, i, *load, 1.0);
+        auto const *was = of<D>(rows, i, applied_), *is = of<D>(rows, i, now_);
+        if (!was && !is) continue;
+        Acting<D> change = is ? *is : none;
+        for (std::size_t k = 0; was && k < change.size(); ++k) change[k] -= (*was)[k];
+        add<D>(rows, i, change);
     }
-    applied_ = with;
+    if (vary_)
+        applied_ = now_;
+    else
+        applied_.swap(now_);
 }
 
 template <int D>
@@ -107,8 +119,9 @@ Given<D> Drive<D>::advance(std::int64_t steps, double dt, LoadOfStep const& load
     step_ = 0;
     steps_ = steps;
     dt_ = dt;
-    now_ = load(0);
-    exchange(now_);
+    load(0, now_);
+    given_.impulse = (vary ? 1.0 : static_cast<double>(steps)) * dt * sum_of<D>(now_);
+    exchange();
     std::int64_t done = 0;
     auto const run_until = [&](std::int64_t step) {
         if (step == done) return;

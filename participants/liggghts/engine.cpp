@@ -11,7 +11,9 @@
 #include <update.h>
 
 #include <array>
+#include <chrono>
 #include <exception>
+#include <limits>
 #include <utility>
 
 #include "coupler/base/error.hpp"
@@ -20,7 +22,16 @@
 namespace liggghts {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr char const* fix_name = "sluice";  // that brings the loads
+// of steps in which the fix adds what it keeps to the forces: never, but at step 0; push adds by itself
+constexpr int apart = std::numeric_limits<int>::max();
+
+double since(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 }  // namespace
 
@@ -32,6 +43,7 @@ struct Engine::Library
     Push push;
     std::exception_ptr thrown;  //!< by push: it cannot pass through a run
     bool broken = false;        //!< gave up: cannot be closed any more
+    Times times;
 
     Library(std::filesystem::path file, int rank, int ranks) : processes(rank, ranks), log(std::move(file))
     {
@@ -57,17 +69,20 @@ struct Engine::Library
         return static_cast<Value*>(lammps_extract_atom(lammps, name));
     }
 
-    static void take_loads(void* self, LAMMPS_NS::bigint, int count, int*, double**, double** external)
+    static void take_loads(void* self, LAMMPS_NS::bigint step, int count, int*, double**, double** kept)
     {
+        auto const start = Clock::now();
         auto& library = *static_cast<Library*>(self);
-        for (int i = 0; i < count; ++i)  // it would be added to the forces, to which push adds by itself
-            for (int k = 0; k < 3; ++k) external[i][k] = 0.0;
+        if (step % apart == 0)
+            for (int i = 0; i < count; ++i)
+                for (int k = 0; k < 3; ++k) kept[i][k] = 0.0;
         if (library.thrown) return;
         try {
             library.push(library.rows());
         } catch (...) {
             library.thrown = std::current_exception();
         }
+        library.times.push += since(start);
     }
 
     Rows rows() const
@@ -130,7 +145,8 @@ void Engine::command(std::string const& text, std::string const& where)
 void Engine::couple(Push push)
 {
     library_->push = std::move(push);
-    command(std::string("fix ") + fix_name + " all external pf/callback 1 1", "loads of partners");
+    command(std::string("fix ") + fix_name + " all external pf/callback 1 " + std::to_string(apart),
+            "loads of partners");
     auto* const modify = library_->lammps->modify;
     static_cast<LAMMPS_NS::FixExternal*>(modify->fix[modify->find_fix(fix_name)])
         ->set_callback(&Library::take_loads, library_.get());
@@ -150,7 +166,10 @@ void Engine::run(std::int64_t steps, double dt)
         for (int k = 0; k < lammps.modify->nfix; ++k) lammps.modify->fix[k]->reset_dt();
         if (lammps.force->pair) lammps.force->pair->reset_dt();
     }
+    auto const start = Clock::now();
+    double const pushed = library_->times.push;
     library_->run("run " + std::to_string(steps) + " pre no post no");
+    library_->times.own += since(start) - (library_->times.push - pushed);
 }
 
 Rows Engine::rows() const
@@ -158,9 +177,9 @@ Rows Engine::rows() const
     return library_->rows();
 }
 
-double Engine::step() const
+Engine::Times Engine::times() const
 {
-    return library_->lammps->update->dt;
+    return library_->times;
 }
 
 }  // namespace liggghts

@@ -47,7 +47,14 @@ class Engine
     void run(std::int64_t steps, double dt);
 
     Rows rows() const;
-    double step() const;  //!< that it would make now [s]
+
+    //! What run() has taken so far [s].
+    struct Times
+    {
+        double own = 0.0;   //!< in LIGGGHTS
+        double push = 0.0;  //!< in what couple() was given
+    };
+    Times times() const;
 
  private:
     struct Library;

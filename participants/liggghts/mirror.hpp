@@ -8,7 +8,8 @@
 
 namespace liggghts {
 
-//! The grains that LIGGGHTS has in this process as those of our DEM, in the order of their tags.
+//! The grains that LIGGGHTS has in this process, in the order of their tags: as columns, for every window, and as
+//! grains of our DEM, for its measures.
 template <int D>
 class Mirror
 {
@@ -16,12 +17,17 @@ class Mirror
     //! Lasting ids of the tags 1, 2, ...; empty: the tags are the ids.
     explicit Mirror(std::vector<std::int64_t> ids = {}) : ids_(std::move(ids)) {}
 
-    //! Takes over where the grains are and how they move. Their external loads stay as they are here.
+    //! Takes over where the grains are and how they move.
     void update(Rows const& rows);
 
-    dem::Grains<D>& grains() { return grains_; }
-    dem::Grains<D> const& grains() const { return grains_; }
-    std::vector<int> const& tags() const { return tags_; }  //!< of the grains, ascending
+    std::vector<int> const& tags() const { return tags_; }  //!< ascending
+    std::vector<std::int64_t> const& id() const { return id_; }
+    std::vector<double> const& position() const { return position_; }  //!< D numbers a grain [m]
+    std::vector<double> const& velocity() const { return velocity_; }  //!< [m/s]
+    std::vector<double> const& spin() const { return spin_; }          //!< 1 or 3 numbers a grain [rad/s]
+    std::vector<double> const& radius() const { return radius_; }      //!< [m]
+
+    dem::Grains<D> grains() const;
 
  private:
     bool knows(Rows const& rows) const;
@@ -30,7 +36,8 @@ class Mirror
     std::vector<std::int64_t> ids_;
     std::vector<int> tags_;
     std::vector<std::uint32_t> index_;  //!< of a grain, by its tag
-    dem::Grains<D> grains_;
+    std::vector<std::int64_t> id_;
+    std::vector<double> position_, velocity_, spin_, radius_, mass_;
 };
 
 }  // namespace liggghts

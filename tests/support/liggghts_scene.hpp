@@ -38,8 +38,7 @@ template <int D>
 class Scene
 {
  public:
-    explicit Scene(dem::Config config, typename liggghts::Drive<D>::Loads applied = {})
-        : config_(std::move(config)), start_(dem::listed_grains<D>(config_))
+    explicit Scene(dem::Config config) : config_(std::move(config)), start_(dem::listed_grains<D>(config_))
     {
         auto& [folder, engine] = place();
         std::vector<double> radius;
@@ -51,14 +50,14 @@ class Scene
                                  liggghts::script_of(config_, classes, "read_data \"" + data.string() + '"', 0.0));
         engine.command("clear", "scene");  // what an earlier scene left
         liggghts::run_script(engine, script, {});
-        drive_.begin(std::move(applied));
+        drive_.begin();
         mirror_ = liggghts::Mirror<D>(start_.id);
     }
 
     dem::Config const& config() const { return config_; }
     liggghts::Drive<D>& drive() { return drive_; }
     //! As they are now.
-    dem::Grains<D> const& grains()
+    dem::Grains<D> grains()
     {
         mirror_.update(place().engine.rows());
         return mirror_.grains();
@@ -66,9 +65,8 @@ class Scene
     //! Steps of dt [s] without loads.
     void run(std::int64_t steps, double dt)
     {
-        static typename liggghts::Drive<D>::Loads const none;
         drive_.advance(
-            steps, dt, [](std::int64_t) -> auto const& { return none; }, false);
+            steps, dt, [](std::int64_t, auto& loads) { loads.clear(); }, false);
     }
 
  private:

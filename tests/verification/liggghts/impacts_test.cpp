@@ -166,10 +166,10 @@ TEST_CASE("LG1: free fall under loads, both codes against the closed form")
     ours.grains().external[0] = {force, torque};
     ours.steps(dt, 20000);
     Scene<3> theirs(config);
-    liggghts::Drive<3>::Loads const loads{{}, {force, torque}};
+    liggghts::Drive<3>::Loads const loads{{}, {force.x, force.y, force.z, torque.x, torque.y, torque.z}};
     for (int window = 0; window < 200; ++window)
         theirs.drive().advance(
-            100, dt, [&](std::int64_t) -> auto const& { return loads; }, false);
+            100, dt, [&](std::int64_t, auto& now) { now = loads; }, false);
     auto const check = [&](char const* who, dem::Grains<3> const& g) {
         report("LG1", std::string("place / path, ") + who, g.place[0].centre.z, place.z,
                norm(g.place[0].centre - place) / norm(path), 1e-6, watch);
