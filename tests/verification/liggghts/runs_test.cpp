@@ -97,43 +97,46 @@ TEST_CASE("C02: a sphere that settles in our fluid, by LIGGGHTS and by our DEM")
 }
 
 //! 300 discs of immersed_column.yaml in a coarser lattice, for 5.4 sqrt(H0/g). Where grains go late in a collapse hangs
-//! on rounding: two processors differ by 7 % in the run-out (README.md), and by as much may two codes.
+//! on rounding, so that means are compared, of runs with three steps. Marks: twice the standard error of the difference
+//! of two such means, by the scatter of five runs of each (steps of t_c/40 to t_c/70): of the run-out 0.034 (ours),
+//! 0.081 (LIGGGHTS), of the largest kinetic energy 0.002, 0.005, of the potential one at the end 0.005, 0.007, of what
+//! contacts took as that.
 TEST_CASE("LG2: an immersed collapse, by LIGGGHTS and by our DEM" * doctest::skip())
 {
     verification::Stopwatch watch;
-    std::vector<std::string> const settings{"participants.grains.config.column.count=300",
-                                            "participants.water.config.cell=2.0e-4",
-                                            "participants.water.config.domain.size=[0.1, 0.03]",
-                                            "time.end=0.2",
-                                            "output.series=0.002",
-                                            "output.interval=0.1"};
-    auto const ours = run("immersed_column.yaml", "grains", "dem", settings);
-    auto const theirs = run("immersed_column.yaml", "grains", "liggghts", settings);
-    REQUIRE(ours.at("time [s]").size() == theirs.at("time [s]").size());
-    double const front = ours.at("run_out [m]").front(), energy = ours.at("potential [J/m]").front();
-    auto const run_out = [&](Table const& t) { return (t.at("run_out [m]").back() - front) / front; };
-    report("LG2", "(L - L0)/L0", run_out(theirs), run_out(ours), std::abs(run_out(theirs) / run_out(ours) - 1.0), 0.07,
-           watch);
-    auto const part = [&](Table const& t, std::string const& name) { return t.at(name).back() / energy; };
-    report("LG2", "height at the back / its first", theirs.at("height [m]").back() / theirs.at("height [m]").front(),
-           ours.at("height [m]").back() / ours.at("height [m]").front(),
-           std::abs(theirs.at("height [m]").back() / ours.at("height [m]").back() - 1.0), 0.07, watch);
-    report("LG2", "potential energy at the end / first", part(theirs, "potential [J/m]"), part(ours, "potential [J/m]"),
-           std::abs(part(theirs, "potential [J/m]") / part(ours, "potential [J/m]") - 1.0), 0.07, watch);
-    double const peak = largest(theirs.at("kinetic [J/m]")), ours_peak = largest(ours.at("kinetic [J/m]"));
-    report("LG2", "largest kinetic energy / first potential", peak / energy, ours_peak / energy,
-           std::abs(peak / ours_peak - 1.0), 0.07, watch);
-    report("LG2", "work of the fluid / first potential", part(theirs, "fluid_work [J/m]"),
-           part(ours, "fluid_work [J/m]"),
-           std::abs(part(theirs, "fluid_work [J/m]") / part(ours, "fluid_work [J/m]") - 1.0), 0.07, watch);
-    // what contacts took: ours is booked, LIGGGHTS' what is missing of all that it holds
-    auto const held = [](Table const& t, std::size_t k) {
-        return t.at("kinetic [J/m]")[k] + t.at("rotational [J/m]")[k] + t.at("potential [J/m]")[k] +
-               t.at("elastic [J/m]")[k];
+    double const contact_time = 1.01345e-4;  // s
+    struct Means
+    {
+        double run_out = 0.0, kinetic = 0.0, potential = 0.0, taken = 0.0;
     };
-    auto const missing = [&](Table const& t) {
-        return (held(t, 0) + t.at("fluid_work [J/m]").back() - held(t, t.at("time [s]").size() - 1)) / energy;
+    auto const means = [&](std::string const& solver) {
+        Means m;
+        for (double const share : {40.0, 55.0, 70.0}) {
+            auto const t =
+                run("immersed_column.yaml", "grains", solver,
+                    {"participants.grains.config.column.count=300", "participants.water.config.cell=2.0e-4",
+                     "participants.water.config.domain.size=[0.1, 0.03]", "time.end=0.2", "output.series=0.002",
+                     "output.interval=0.1",
+                     "participants.grains.config.step=" + std::to_string(1e6 * contact_time / share) + "e-6"});
+            auto const& front = t.at("run_out [m]");
+            auto const& potential = t.at("potential [J/m]");
+            // LIGGGHTS does not say what contacts took: what is missing of all that it holds
+            auto const held = [&](std::size_t k) {
+                return t.at("kinetic [J/m]")[k] + t.at("rotational [J/m]")[k] + potential[k] + t.at("elastic [J/m]")[k];
+            };
+            m.run_out += (front.back() - front.front()) / front.front() / 3.0;
+            m.kinetic += largest(t.at("kinetic [J/m]")) / potential.front() / 3.0;
+            m.potential += potential.back() / potential.front() / 3.0;
+            m.taken += (held(0) + t.at("fluid_work [J/m]").back() - held(front.size() - 1)) / potential.front() / 3.0;
+        }
+        return m;
     };
-    report("LG2", "taken by contacts / first potential", missing(theirs), missing(ours),
-           std::abs(missing(theirs) / missing(ours) - 1.0), 0.07, watch);
+    Means const ours = means("dem"), theirs = means("liggghts");
+    auto const compare = [&](char const* what, double value, double reference, double mark) {
+        report("LG2", what, value, reference, std::abs(value - reference), mark, watch);
+    };
+    compare("(L - L0)/L0", theirs.run_out, ours.run_out, 0.10);
+    compare("largest kinetic energy / first potential", theirs.kinetic, ours.kinetic, 0.0062);
+    compare("potential energy at the end / first", theirs.potential, ours.potential, 0.010);
+    compare("taken by contacts / first potential", theirs.taken, ours.taken, 0.010);
 }
