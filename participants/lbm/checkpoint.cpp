@@ -131,6 +131,7 @@ void Solver<D>::restore(sluice::State const& kept)
     for (std::size_t q = 0; q < from.size(); ++q) from[q] = kept.numbers(populations_name(q), cells).data();
 
     steps_ = kept.integer("steps");
+    find_field();
     id_ = std::move(id);
     last_id_ = std::move(last_id);
     bodies_ = std::move(bodies);

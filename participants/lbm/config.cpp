@@ -113,7 +113,8 @@ Solid read_solid(sluice::Reader& reader, std::size_t index, int dimension)
         for (std::size_t k = 0; k < axes; ++k) {
             solid.centre[k] = 0.5 * (low[k] + high[k]);
             solid.size[k] = high[k] - low[k];
-            if (!(solid.size[k] > 0)) box->problem("high", "is not above low (must be, along each axis).");
+            if (!(solid.size[k] > 0))
+                box->problem("high", format("is %g m along %c, not above low, %g m.", high[k], "xyz"[k], low[k]));
         }
         box->finish();
     } else if (auto cylinder = dimension == 3 ? reader.child_if("cylinder") : std::nullopt) {
@@ -132,10 +133,26 @@ Solid read_solid(sluice::Reader& reader, std::size_t index, int dimension)
     return solid;
 }
 
+//! An axis along which a solid lies wholly beyond the domain.
+std::optional<std::size_t> axis_beyond(Solid const& solid, Config const& c)
+{
+    for (std::size_t k = 0; k < c.axes(); ++k) {
+        if (solid.shape == Solid::Shape::cylinder && solid.axis == k) continue;
+        double const half = solid.shape == Solid::Shape::box ? 0.5 * solid.size[k] : solid.radius;
+        if (solid.centre[k] + half <= c.origin[k] || solid.centre[k] - half >= c.origin[k] + c.size[k]) return k;
+    }
+    return {};
+}
+
 void read_solids(sluice::Reader& reader, Config& c)
 {
     for (sluice::Reader& solid : reader.list("solids")) {
         c.solids.push_back(read_solid(solid, c.solids.size(), c.dimension));
+        if (auto const k = axis_beyond(c.solids.back(), c))
+            solid.problem(
+                "name",
+                format("%s lies outside the domain, which goes from %g to %g m along %c (a part of it must be within).",
+                       c.solids.back().name.c_str(), c.origin[*k], c.origin[*k] + c.size[*k], "xyz"[*k]));
         for (std::size_t k = 0; k + 1 < c.solids.size(); ++k)
             if (c.solids[k].name == c.solids.back().name)
                 solid.problem("name", c.solids[k].name + " is there twice (names of solids must differ).");
@@ -323,6 +340,14 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     read_walls(r, c);
     read_solids(r, c);
     take(r.numbers_or("acceleration", zero, {.unit = "m/s2"}), c.acceleration);
+    if (auto block = r.child_if("oscillation")) {
+        Oscillation oscillation;
+        take(block->numbers("amplitude", c.axes(), {.unit = "m/s2"}), oscillation.amplitude);
+        // ten steps a period: an explicit scheme resolves no less
+        oscillation.frequency = block->number("frequency", {.above = 0.0, .max = 0.1 / c.step, .unit = "Hz"});
+        block->finish();
+        c.oscillation = oscillation;
+    }
     c.hydrostatic = r.flag_or("gravity", false);
     if (c.hydrostatic)
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];

@@ -73,6 +73,13 @@ struct Solid
     std::size_t axis = 0;          //!< of a cylinder
 };
 
+//! A uniform acceleration that swings, amplitude cos(2 pi frequency t).
+struct Oscillation
+{
+    std::array<double, 3> amplitude{};  //!< [m/s2]
+    double frequency = 0;               //!< [Hz]
+};
+
 //! Everything the solver needs, in SI; made by read_config() or by hand, constant afterwards.
 struct Config
 {
@@ -93,6 +100,7 @@ struct Config
     std::array<Wall, 6> walls{};      //!< indexed by Side
     std::vector<Solid> solids{};
     std::array<double, 3> acceleration{};  //!< of the whole fluid [m/s2]: force density rho_0 a
+    std::optional<Oscillation> oscillation{};
     //! Of the frame: Coriolis' and Euler's acceleration act on the lattice, with `hydrostatic` the centrifugal one too.
     std::optional<sluice::Rotation> rotation{};
     bool hydrostatic = false;        //!< gravity acts on the lattice

@@ -23,10 +23,18 @@ constexpr std::ptrdiff_t round_up(std::ptrdiff_t n, std::ptrdiff_t to)
     return (n + to - 1) / to * to;
 }
 
-//! An odd number of cache lines: rows and columns of neighbours then never fall into one set of the cache.
+//! An odd number of cache lines: planes and arrays then never fall into one set of the cache.
 constexpr std::ptrdiff_t pad(std::ptrdiff_t n)
 {
     return (round_up(n, line) / line | 1) * line;
+}
+
+//! A row's cells with a ghost at each end, in whole cache lines, but not so many that rows above one another fall into
+//! one set.
+constexpr std::ptrdiff_t row_stride(std::ptrdiff_t cells)
+{
+    std::ptrdiff_t const lines = round_up(cells + 2, line) / line;
+    return (lines % 8 == 0 ? lines + 1 : lines) * line;
 }
 
 }  // namespace
@@ -40,7 +48,7 @@ std::ptrdiff_t Populations<D>::slack(std::size_t q) const noexcept
 template <int D>
 Populations<D>::Populations(Extent cells, sluice::Team& team)
     : cells_(cells),
-      stride_(pad(cells[0] + line + 1)),
+      stride_(row_stride(cells[0])),
       plane_(D == 2 ? 0 : pad((cells[1] + 2) * stride_)),
       body_((D == 2 ? (cells[1] + 2) * stride_ : (cells[2] + 2) * plane_) + 2 * line)
 {

@@ -14,7 +14,7 @@ struct Relaxation
     double shear;                 //!< s_nu = 1/tau
     double tau;                   //!< of the molecular viscosity
     double smagorinsky_term;      //!< 18 C_s^2: tau_eff = (tau + sqrt(tau^2 + 18 C_s^2 |(p_xx, 2 p_xy)|/rho))/2
-    std::array<double, 3> force;  //!< rho_0 a; in a frame that turns, of the cell x = 0 of a row
+    std::array<double, 3> force;  //!< rho_0 a, of the coming step; in a frame that turns, of the cell x = 0 of a row
     //! In a frame that turns: by how much `force` grows from cell to cell along x, and the angular velocity (1/step),
     //! for the Coriolis force -2 w x j.
     std::array<double, 3> slope{}, turn{};
@@ -44,8 +44,8 @@ inline Relaxation relaxation(Config const& c) noexcept
 {
     double const tau = c.relaxation_time();
     double const shear = 1 / tau;
-    double const odd = 1 / (0.5 + c.magic / (tau - 0.5));
     double const unit = c.units().acceleration_unit();
+    double const odd = 1 / (0.5 + c.magic / (tau - 0.5));
     Relaxation r{.energy = c.energy_rate,
                  .square = c.square_rate,
                  .flux = c.flux_rate.value_or(odd),

@@ -63,7 +63,7 @@ Walls walls_lu(Config const& c, Relaxation const& relaxation)
     Walls walls{};
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) walls.side[s / 2][s % 2] = boundary_lu<D>(c, s);
     walls.even_rate = relaxation.shear;
-    for (std::size_t k = 0; k < 3; ++k) walls.half_force[k] = 0.5 * relaxation.force[k];
+    walls.row_ends = row_ends<D>(walls, c.cells()[0]);
     return walls;
 }
 
@@ -190,13 +190,21 @@ Solver<D>::Solver(Config const& config)
 {
     set_patches(patches_of<D>(config_));
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
-    find_frame();
+    find_field();
 }
 
-//! For the step that comes.
+//! For the step that comes: what acts everywhere alike, and the frame.
 template <int D>
-void Solver<D>::find_frame()
+void Solver<D>::find_field()
 {
+    acceleration_ = config_.acceleration;
+    if (auto const& o = config_.oscillation)
+        for (std::size_t k = 0; k < 3; ++k)
+            acceleration_[k] += o->amplitude[k] * std::cos(2 * std::numbers::pi * o->frequency * time());
+    for (std::size_t k = 0; k < 3; ++k) {
+        relaxation_.force[k] = acceleration_[k] / config_.units().acceleration_unit();
+        walls_.half_force[k] = 0.5 * relaxation_.force[k];
+    }
     if (!turning_) return;
     double const from = time(), to = from + config_.step;
     turning_->field = turning_->frame.euler(from, to);
@@ -230,7 +238,7 @@ template <int D>
 std::array<double, D> Solver<D>::acceleration_at(std::array<double, D> const& place, double const* velocity) const
 {
     std::array<double, D> a;
-    std::copy_n(config_.acceleration.begin(), D, a.begin());
+    std::copy_n(acceleration_.begin(), D, a.begin());
     if (!turning_) return a;
     std::array<double, 3> u{};
     std::copy_n(velocity, D, u.begin());
@@ -247,7 +255,6 @@ template <int D>
 void Solver<D>::step()
 {
     sluice::Team::Awake const awake(team_);
-    find_frame();
     std::ptrdiff_t const rebuilt = coverage_.update(bodies_, team_);
     share_.rebuilt_bodies = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(bodies_.size()));
     strip_load_.resize(coverage_.strips().size());
@@ -260,6 +267,7 @@ void Solver<D>::step()
     populations_.stream(team_);
     complete_ = false;
     ++steps_;
+    find_field();
     if (!finite || steps_ % watch_every == 0) watch();
     require(finite, [&] {
         return Error("fluid: t = " + std::to_string(time()) + " s: the force on a body is not finite.",

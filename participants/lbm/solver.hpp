@@ -94,7 +94,7 @@ class Solver
     static constexpr std::size_t freedoms = D + spins<D>;
     using Motion = std::array<double, freedoms>;
 
-    void find_frame();
+    void find_field();
     Relaxation of_row(std::ptrdiff_t r) const;
     std::array<double, D> acceleration_at(std::array<double, D> const& place, double const* velocity) const;
     void enter_row(std::ptrdiff_t r);
@@ -131,6 +131,7 @@ class Solver
 
     Config config_;
     Relaxation relaxation_;
+    std::array<double, 3> acceleration_{};  //!< uniform, of the coming step [m/s2]
     //! In a frame that turns, for the coming step: a = acceleration + field (x - point) - 2 w x u.
     struct Turning
     {

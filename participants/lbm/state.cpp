@@ -136,7 +136,9 @@ void Solver<D>::find_loads()
         auto const load = [&](std::size_t k, double inertia) {
             return 0.5 * (now[i].exchange[k] + past.exchange[k]) + inertia * rate * (d.motion[k] - past.motion[k]);
         };
-        auto const a = acceleration_at(place_of(bodies_[i].centre), d.motion.data());
+        std::array<double, D> between;  // while it changed by dU: what a frame that turns does then cancels
+        for (std::size_t k = 0; k < D; ++k) between[k] = 0.5 * (d.motion[k] + past.motion[k]);
+        auto const a = acceleration_at(place_of(bodies_[i].centre), between.data());
         for (std::size_t k = 0; k < D; ++k) force_[D * i + k] = load(k, d.mass) - d.mass * a[k];
         for (std::size_t k = 0; k < spins<D>; ++k) torque_[spins<D> * i + k] = load(D + k, d.mass * d.gyration);
     }

@@ -14,6 +14,18 @@ std::size_t place_beside(Populations<D> const& p, std::size_t axis, std::ptrdiff
     return Lattice<D>::directions * static_cast<std::size_t>(cell);
 }
 
+template <int D>
+std::size_t direction_of(std::array<int, 3> const& c)
+{
+    auto const& all = Lattice<D>::c;
+    return static_cast<std::size_t>(std::find(all.begin(), all.end(), c) - all.begin());
+}
+
+double push_of(double weight, std::array<int, 3> const& c, Boundary const& side)
+{
+    return 6.0 * weight * dot(c, side.velocity);
+}
+
 //! Populations of direction q on their way into the cells of a row, from beyond the sides along some axes.
 template <int D>
 struct Entry
@@ -54,9 +66,7 @@ struct Entry
             if (slip) mirrored[k] = -c[k];
             at[k] += slip ? -c[k] : c[k] * cells[k];
         }
-        auto const& all = Lattice<D>::c;
-        auto const to = static_cast<std::size_t>(std::find(all.begin(), all.end(), mirrored) - all.begin());
-        return populations.at(to, at[1], at[2]) + at[0];
+        return populations.at(direction_of<D>(mirrored), at[1], at[2]) + at[0];
     }
 
     //! Over the largest one, where the link crosses the side.
@@ -81,7 +91,7 @@ struct Entry
         auto const k = static_cast<std::size_t>(across);
         Boundary const& side = side_across(k);
         double const* const out = populations.at(Lattice<D>::opposite[q], y - c[1], z - c[2]) - c[0];
-        double const push = 6.0 * Lattice<D>::weight[q] * dot(c, side.velocity);
+        double const push = push_of(Lattice<D>::weight[q], c, side);
         if (side.kind == Border::wall) {
             for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + push;
         } else if (side.kind == Border::inflow) {
@@ -121,12 +131,49 @@ void note_cell(Populations<D> const& p, std::ptrdiff_t row, std::ptrdiff_t x, Wa
                     (2 - walls.even_rate) * (0.5 * (f[q] + f[Lattice<D>::opposite[q]]) - even(q, excess));
 }
 
+//! The ends of a row that lies along no side; those of the next one are on their way from memory then.
+template <int D>
+void enter_at_ends(Populations<D>& p, std::ptrdiff_t y, std::ptrdiff_t z, std::vector<RowEnd> const& ends)
+{
+    for (RowEnd const& end : ends) {
+        double* const into = p.at(end.into, y, z) + end.x;
+        double const* const from = p.at(end.from, y + end.dy, z + end.dz) + end.from_x;
+        *into = *from + end.push;
+        __builtin_prefetch(into + p.stride(), 1);
+        __builtin_prefetch(from + p.stride());
+    }
+}
+
 }  // namespace
+
+template <int D>
+std::vector<RowEnd> row_ends(Walls const& walls, std::ptrdiff_t cells)
+{
+    std::vector<RowEnd> ends;
+    for (std::size_t q = 1; q < Lattice<D>::directions; ++q) {
+        std::array<int, 3> const& c = Lattice<D>::c[q];
+        if (c[0] == 0) continue;
+        Boundary const& side = walls.side[0][c[0] > 0 ? 0 : 1];
+        std::ptrdiff_t const x = c[0] > 0 ? 0 : cells - 1;
+        if (side.kind == Border::wall)
+            ends.push_back(
+                {q, Lattice<D>::opposite[q], x, x - c[0], -c[1], -c[2], push_of(Lattice<D>::weight[q], c, side)});
+        else if (side.kind == Border::periodic)
+            ends.push_back({q, q, x, x + c[0] * cells, 0, 0, 0.0});
+        else if (side.kind == Border::slip)
+            ends.push_back({q, direction_of<D>({-c[0], c[1], c[2]}), x, x - c[0], 0, 0, 0.0});
+        else
+            return {};
+    }
+    return ends;
+}
 
 template <int D>
 void enter_from_outside(Populations<D>& p, std::ptrdiff_t row, Walls const& walls)
 {
     std::ptrdiff_t const nx = p.nx(), y = p.y_of(row), z = p.z_of(row);
+    bool const along_side = y == 0 || y == p.ny() - 1 || (D == 3 && (z == 0 || z == p.nz() - 1));
+    if (!along_side && !walls.row_ends.empty()) return enter_at_ends(p, y, z, walls.row_ends);
     for (std::size_t q = 1; q < Lattice<D>::directions; ++q) {
         std::array<int, 3> const& c = Lattice<D>::c[q];
         Entry<D> entry{p, walls, q, c, y, z, {}};
@@ -156,6 +203,8 @@ void note_turned(Populations<D> const& p, std::ptrdiff_t row, Walls& walls)
         }
 }
 
+template std::vector<RowEnd> row_ends<2>(Walls const&, std::ptrdiff_t);
+template std::vector<RowEnd> row_ends<3>(Walls const&, std::ptrdiff_t);
 template void enter_from_outside<2>(Populations<2>&, std::ptrdiff_t, Walls const&);
 template void enter_from_outside<3>(Populations<3>&, std::ptrdiff_t, Walls const&);
 template void note_turned<2>(Populations<2> const&, std::ptrdiff_t, Walls&);

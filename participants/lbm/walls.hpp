@@ -25,12 +25,21 @@ struct Boundary
     std::vector<double> turned{};
 };
 
+//! How populations of one direction enter the first or last cell of a row that lies along no side.
+struct RowEnd
+{
+    std::size_t into, from;            //!< directions
+    std::ptrdiff_t x, from_x, dy, dz;  //!< that of the cell; where they are: x, and rows from it
+    double push;                       //!< what a moving wall adds [-]
+};
+
 //! The sides in lattice units.
 struct Walls
 {
     std::array<std::array<Boundary, 2>, 3> side;  //!< the lower and the upper one along x, y, z
     std::array<double, 3> half_force{};           //!< of the body force, which a cell's velocity contains
     double even_rate = 1;                         //!< of the stress [1/step]
+    std::vector<RowEnd> row_ends{};               //!< follow from the sides; empty if one across x is open
 
     std::array<bool, 3> periodic() const
     {
@@ -39,6 +48,10 @@ struct Walls
         return all;
     }
 };
+
+//! The ends of rows of so many cells.
+template <int D>
+std::vector<RowEnd> row_ends(Walls const& walls, std::ptrdiff_t cells);
 
 //! Rewrites the populations that enter a row from ghost cells, before the row collides, from the one that left into
 //! that ghost cell. A wall or an inflow throws it back half-way and adds 6 w_q rho_0 c_q.u (Ladd, J. Fluid Mech. 271

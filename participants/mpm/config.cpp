@@ -190,7 +190,7 @@ void read_geostatic(sluice::Reader& r, Config& c)
 
 }  // namespace
 
-Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity)
+Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity, bool grains)
 {
     Config c;
     c.dimension = dimension;
@@ -208,6 +208,14 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     for (sluice::Reader body : r.list("bodies")) c.bodies.push_back(read_body(body, dimension));
     if (c.bodies.empty()) r.problem("column", "is missing (give column, bodies or both).");
     read_geostatic(r, c);
+    if (auto contact = r.child_if("grains")) {
+        c.grain_friction = contact->number("friction", {.min = 0.0});
+        contact->finish();
+    } else if (grains) {
+        r.problem("grains",
+                  "is missing (a partner sends grains: needs the friction of the matter on them). Try grains: "
+                  "{friction: 0.5}.");
+    }
     c.front_depth = r.number_if("front_depth", {.above = 0.0, .unit = "m"});
     c.threads = sluice::read_threads(r, "1");
     r.finish();

@@ -65,11 +65,12 @@ struct Config
     std::optional<GeostaticConfig> geostatic;
     std::optional<double>
         front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of the root of its area
+    std::optional<double> grain_friction;  //!< of the matter on the grains of a partner
     int threads = 1;
 };
 
 //! Reads a participant's `config:` block (keys: README.md). Every mistake becomes a problem of the reader; finish()
-//! throws them.
-Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity);
+//! throws them. `grains`: a partner sends some.
+Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity, bool grains = false);
 
 }  // namespace mpm

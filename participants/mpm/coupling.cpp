@@ -15,21 +15,140 @@ namespace {
 
 constexpr double front_share = 0.05;      // of the root of the area at the start: 2 to 3 grains, if it has 3000
 constexpr double steps_of_a_window = 50;  // without a partner a window only paces the output
+constexpr double share_of_a_step = 0.8;   // with grains: a window stays one step if speeds grow by a quarter
+constexpr double few_cells = 4;           // of a grain's radius: fewer are warned of (README.md, M13)
+
+//! The grains of a partner, as the edge samples them, and what they got in a window.
+template <int D>
+class GrainEdge
+{
+ public:
+    GrainEdge(sluice::Participant& self, double cell) : self_(self), cell_(cell)
+    {
+        auto const senders = self.senders("kinematics");
+        sluice::require(senders.size() <= 1, [] {
+            return sluice::Error("mpm: kinematics from more than one participant (at most one sends them).");
+        });
+        if (!senders.empty()) from_ = senders[0];
+    }
+    bool exists() const { return !from_.empty(); }
+
+    void begin(sluice::Window const& window)
+    {
+        samples_.emplace(self_.read<sluice::Kinematics>(from_, window));
+        auto const ids = samples_->ids();
+        id_.assign(ids.begin(), ids.end());
+        force_.assign(D * id_.size(), 0.0);
+        torque_.assign(spins * id_.size(), 0.0);
+    }
+    //! As at the start of a step of `dt` that ends at `time`. Points and grid move by velocities of its end: so do
+    //! grains.
+    std::vector<Grain<D>> grains(double time, double dt)
+    {
+        auto const k = samples_->at(time);
+        std::vector<Grain<D>> grains(k.id.size());
+        for (std::size_t i = 0; i < grains.size(); ++i) {
+            Grain<D>& g = grains[i];
+            g.id = k.id[i];
+            g.radius = k.radius[i];
+            g.velocity = Eigen::Map<Vec<D> const>(k.velocity.data() + D * i);
+            g.spin = Eigen::Map<Spin<D> const>(k.angular_velocity.data() + spins * i);
+            g.place = Eigen::Map<Vec<D> const>(k.position.data() + D * i) - 0.5 * dt * g.velocity;
+            check_size(g);
+        }
+        return grains;
+    }
+    //! Of one step of a window: its share of the mean load.
+    void add(std::vector<Push<D>> const& pushes, double window)
+    {
+        for (std::size_t i = 0; i < pushes.size(); ++i) {
+            for (std::size_t k = 0; k < D; ++k) force_[D * i + k] += pushes[i].impulse[static_cast<int>(k)] / window;
+            for (std::size_t k = 0; k < spins; ++k)
+                torque_[spins * i + k] += pushes[i].angular[static_cast<int>(k)] / window;
+        }
+    }
+    void tell()
+    {
+        for (auto const& to : self_.receivers("load")) self_.write(to, sluice::Load{id_, force_, torque_});
+    }
+    //! What all grains got in a window [N s].
+    Vec<D> impulse(double window) const
+    {
+        Vec<D> sum = Vec<D>::Zero();
+        for (std::size_t i = 0; i < force_.size(); ++i) sum[static_cast<int>(i % D)] += window * force_[i];
+        return sum;
+    }
+
+ private:
+    static constexpr std::size_t spins = D == 2 ? 1 : 3;
+
+    void check_size(Grain<D> const& g)
+    {
+        double const cells = g.radius / cell_;
+        if (cells >= few_cells || warned_) return;
+        warned_ = true;
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "grain %lld has a radius of %g m, %.3g cells (should be %g or more: friction and the way around "
+                      "it are off). Try a finer cell.",
+                      static_cast<long long>(g.id), g.radius, cells, few_cells);
+        self_.warn(text);
+    }
+
+    sluice::Participant& self_;
+    double cell_;
+    std::string from_;
+    std::optional<sluice::Sampled<sluice::Kinematics>> samples_;
+    std::vector<std::int64_t> id_;
+    std::vector<double> force_, torque_;
+    bool warned_ = false;
+};
+
+//! What the summary says about the start and the work with grains; a checkpoint keeps it, for that of a resumed run.
+struct Start
+{
+    double height = 0, front = 0;     //!< [m]
+    double step = 0;                  //!< [s]
+    double balance = 0;               //!< of the energies [J]
+    double front_depth = 0;           //!< if none is named [m]
+    double contacts = 0, sweeps = 0;  //!< with grains, summed over the steps
+
+    void keep(sluice::State& state) const
+    {
+        state.put("start", std::vector<double>{height, front, step, balance, front_depth, contacts, sweeps});
+    }
+    static Start kept(sluice::State const& state)
+    {
+        auto const numbers = state.numbers("start", 7);
+        return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6]};
+    }
+};
 
 //! One window in steps of our own: with `step: auto` as long as the speeds allow, what is left shared out evenly.
 template <int D>
-void advance(Solver<D>& solver, Config const& config, sluice::Window const& window)
+void advance(Solver<D>& solver, Config const& config, sluice::Window const& window, GrainEdge<D>& edge, Start& work)
 {
+    if (edge.exists()) edge.begin(window);
+    auto const step = [&](double done, double dt) {
+        if (edge.exists()) solver.set_grains(edge.grains(window.begin + done + dt, dt));
+        solver.step(dt);
+        if (!edge.exists()) return;
+        edge.add(solver.grains().pushes(), window.length);
+        work.contacts += static_cast<double>(solver.grains().contacts());
+        work.sweeps += solver.grains().sweeps();
+    };
     if (config.step) {
         std::int64_t const steps = window.steps(*config.step);
-        for (std::int64_t k = 0; k < steps; ++k) solver.step(window.length / static_cast<double>(steps));
+        double const dt = window.length / static_cast<double>(steps);
+        for (std::int64_t k = 0; k < steps; ++k) step(static_cast<double>(k) * dt, dt);
         return;
     }
     double done = 0;
     while (true) {
+        if (edge.exists()) solver.set_grains(edge.grains(window.begin + done, 0));
         double const left = window.length - done;
         auto const steps = std::max(1.0, std::ceil(left / solver.longest_step() - 1e-9));
-        solver.step(left / steps);
+        step(done, left / steps);
         if (steps == 1) return;
         done += left / steps;
     }
@@ -43,25 +162,6 @@ void describe(Solver<D> const& solver, Config const& config)
                 config.step ? *config.step : solver.longest_step(), config.courant, solver.limit());
 }
 
-//! What the summary says about the start; a checkpoint keeps it, for the summary of a resumed run.
-struct Start
-{
-    double height = 0, front = 0;  //!< [m]
-    double step = 0;               //!< [s]
-    double balance = 0;            //!< of the energies [J]
-    double front_depth = 0;        //!< if none is named [m]
-
-    void keep(sluice::State& state) const
-    {
-        state.put("start", std::vector<double>{height, front, step, balance, front_depth});
-    }
-    static Start kept(sluice::State const& state)
-    {
-        auto const numbers = state.numbers("start", 5);
-        return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]};
-    }
-};
-
 template <int D>
 Start start_of(Config const& config, Solver<D> const& solver)
 {
@@ -70,7 +170,7 @@ Start start_of(Config const& config, Solver<D> const& solver)
     double volume = 0;
     for (Point<D> const& p : solver.state().points) volume += p.volume;
     double const area = D == 2 ? volume : volume / config.size[1];
-    return {r.height, r.foremost, step, solver.energies().balance(), front_share * std::sqrt(area)};
+    return {r.height, r.foremost, step, solver.energies().balance(), front_share * std::sqrt(area), 0, 0};
 }
 
 template <int D>
@@ -78,7 +178,10 @@ void run(sluice::Participant& self, Config const& config)
 {
     Solver<D> solver = make_solver<D>(config);
     Start start = start_of(config, solver);
-    self.propose_window(steps_of_a_window * start.step);
+    GrainEdge<D> edge(self, config.cell);
+    solver.set_friction(config.grain_friction.value_or(0));
+    if (!edge.exists()) self.skipped("grains", "no participant sends kinematics", 1.0);
+    self.propose_window((edge.exists() ? share_of_a_step : steps_of_a_window) * start.step);
     if (self.checking()) return describe(solver, config);
     self.keeps(
         [&](sluice::State& state) {
@@ -92,21 +195,25 @@ void run(sluice::Participant& self, Config const& config)
     auto const front_depth = [&] { return config.front_depth.value_or(start.front_depth); };
     std::optional<Recorder<D>> recorder;
     auto const begin_recording = [&](std::optional<double> resumed_at) {
-        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, resumed_at);
+        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, edge.exists(), resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
     if (!self.resumes()) {
         begin_recording(std::nullopt);
         recorder->picture(0.0, solver.state());
-        recorder->row(0.0, solver, front_depth(), start.balance);
+        recorder->row(0.0, solver, front_depth(), start.balance, Vec<D>::Zero());
+        edge.tell();
     }
     sluice::Windows windows = self.windows();
     if (self.resumes()) begin_recording(self.resumed_at());
+    bool const iterates = !self.scene().implicit.empty();
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());
-        advance(solver, config, window);
+        advance(solver, config, window, edge, start);
+        edge.tell();
+        if (iterates && !self.accepted(window)) continue;
         if (window.output) recorder->picture(window.end, solver.state());
-        if (window.series) recorder->row(window.end, solver, front_depth(), start.balance);
+        if (window.series) recorder->row(window.end, solver, front_depth(), start.balance, edge.impulse(window.length));
     }
     auto const r = run_out_of(solver.setup(), solver.state(), front_depth());
     auto const steps = static_cast<double>(std::max<std::int64_t>(1, solver.state().steps));
@@ -118,6 +225,10 @@ void run(sluice::Participant& self, Config const& config)
     self.fact("final run-out [m]", r.front);
     self.fact("final height [m]", r.height);
     self.fact("nodes of almost no mass, a step", static_cast<double>(solver.light_nodes()) / steps);
+    if (edge.exists()) {
+        self.fact("contacts with grains, a step", start.contacts / steps);
+        self.fact("sweeps over them, a step", start.sweeps / steps);
+    }
     double all = 1;
     for (int const cells : solver.setup().cells) all *= cells + 3;
     self.skipped("empty cells", "nodes that no point reaches do not exist",
@@ -127,11 +238,11 @@ void run(sluice::Participant& self, Config const& config)
 
 void take_part(sluice::Participant& self)
 {
-    self.sends({});
-    self.takes({});
+    self.sends({"load"});
+    self.takes({"kinematics"});
     auto const& scene = self.scene();
     auto reader = self.config();
-    Config const config = read_config(reader, scene.dimension, scene.gravity);
+    Config const config = read_config(reader, scene.dimension, scene.gravity, !self.senders("kinematics").empty());
     sluice::require(self.ranks() == 1, [&] {
         return sluice::Error("mpm: ranks = " + std::to_string(self.ranks()) + " (needed: ranks: 1, or none).");
     });

@@ -35,7 +35,7 @@ struct Node
 
 //! The nodes that points reach, in the order in which they are reached first; others do not exist. A ring of nodes lies
 //! around the domain.
-template <int D>
+template <int D, class N = Node<D>>
 class Grid
 {
  public:
@@ -52,10 +52,10 @@ class Grid
 
     void clear()
     {
-        for (Node<D> const& node : nodes_) slot_[place_of(node.index)] = none;
+        for (N const& node : nodes_) slot_[place_of(node.index)] = none;
         nodes_.clear();
     }
-    Node<D>& reach(std::array<int, D> const& index)
+    N& reach(std::array<int, D> const& index)
     {
         std::int32_t& slot = slot_[place_of(index)];
         if (slot == none) {
@@ -64,8 +64,8 @@ class Grid
         }
         return nodes_[static_cast<std::size_t>(slot)];
     }
-    std::vector<Node<D>>& nodes() { return nodes_; }
-    std::vector<Node<D>> const& nodes() const { return nodes_; }
+    std::vector<N>& nodes() { return nodes_; }
+    std::vector<N> const& nodes() const { return nodes_; }
 
  private:
     static constexpr std::int32_t none = -1;
@@ -80,7 +80,7 @@ class Grid
 
     std::array<int, D> count_{};
     std::vector<std::int32_t> slot_;
-    std::vector<Node<D>> nodes_;
+    std::vector<N> nodes_;
 };
 
 }  // namespace mpm

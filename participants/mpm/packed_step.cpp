@@ -149,7 +149,7 @@ void PackedStep::share_mean(std::size_t from, std::size_t volume, std::size_t va
     each_chunk([&](Chunk& c) { std::fill_n(c.planes[from], 2 * c.planes.plane, 0.0); });
 }
 
-void PackedStep::move_nodes(Setup<2> const& setup, double time, double dt, Outcome& outcome)
+void PackedStep::move_nodes(Setup<2> const& setup, double dt, Outcome& outcome)
 {
     double const kept = std::exp(-setup.damping * dt), gx = setup.gravity[0], gy = setup.gravity[1];
     double const least = light_mass(setup);
@@ -171,7 +171,27 @@ void PackedStep::move_nodes(Setup<2> const& setup, double time, double dt, Outco
     outcome.booked.damping = 0.5 * (1 - kept * kept) * damped;
     outcome.light_nodes = light;
     outcome.nodes = static_cast<std::size_t>(reached);
-    hold_nodes(setup, time, outcome);
+}
+
+void PackedStep::touch_grains(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome)
+{
+    grains.begin(setup);
+    double const *x = points_[P::x], *y = points_[P::y], *ratio = points_[P::ratio];
+    for (std::size_t k = 0; k < points_.size(); ++k)
+        if (Vec<2> const place(x[k], y[k]); grains.is_near(setup, place))
+            grains.consider(setup, dt, points_.order()[k], place, ratio[k]);
+    for (TouchedNode<2>& node : grains.nodes()) {
+        std::size_t const i = nodes_.at(node.index[0], node.index[1]);
+        node.mass = nodes_[n_mass][i];
+        node.before = {nodes_[n_bx][i], nodes_[n_by][i]};
+        node.velocity = {nodes_[n_vx][i], nodes_[n_vy][i]};
+    }
+    grains.solve(setup, time, dt, outcome.booked);
+    for (TouchedNode<2> const& node : grains.nodes()) {
+        std::size_t const i = nodes_.at(node.index[0], node.index[1]);
+        nodes_[n_vx][i] = node.velocity[0], nodes_[n_vy][i] = node.velocity[1];
+        nodes_[n_dx][i] = node.velocity[0] - node.before[0], nodes_[n_dy][i] = node.velocity[1] - node.before[1];
+    }
 }
 
 void PackedStep::hold_nodes(Setup<2> const& setup, double time, Outcome& outcome)
@@ -242,7 +262,7 @@ void PackedStep::deform(double dt, Law const& law)
 }
 
 template <bool affine, bool musl, bool shared>
-void PackedStep::run(Setup<2> const& setup, double time, double dt, Outcome& outcome)
+void PackedStep::run(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome)
 {
     double const half_width = setup.basis == BasisKind::spline ? 0.5 : setup.half_width;
     if constexpr (shared) {
@@ -254,7 +274,9 @@ void PackedStep::run(Setup<2> const& setup, double time, double dt, Outcome& out
             to_grid<affine, shared>(points_, c.begin, c.end, half_width, setup.cell, c.planes, nodes_);
     });
     add_boxes(g_mass, 5, n_mass);
-    move_nodes(setup, time, dt, outcome);
+    move_nodes(setup, dt, outcome);
+    if (grains.any()) touch_grains(setup, time, dt, grains, outcome);
+    hold_nodes(setup, time, outcome);
     auto const [low, high] = room_of<2>(setup);
     Room const room{{low[0], low[1]}, {high[0], high[1]}};
     each_chunk([&](Chunk& c) {
@@ -277,7 +299,8 @@ void PackedStep::run(Setup<2> const& setup, double time, double dt, Outcome& out
         deform<affine, shared>(dt, PackedElastic(std::get<LinearElastic>(setup.law)));
 }
 
-bool PackedStep::step(Setup<2> const& setup, double time, std::int64_t steps, double dt, Outcome& outcome)
+bool PackedStep::step(Setup<2> const& setup, double time, std::int64_t steps, double dt, GrainContacts<2>& grains,
+                      Outcome& outcome)
 {
     std::optional<sluice::Team::Awake> awake;
     if (threads_ > 1) awake.emplace(*team_);
@@ -285,8 +308,8 @@ bool PackedStep::step(Setup<2> const& setup, double time, std::int64_t steps, do
     if (!lay_out(setup)) return false;
     outcome = {};
     auto const pick = [&]<bool affine, bool musl>() {
-        setup.shared_volume ? run<affine, musl, true>(setup, time, dt, outcome)
-                            : run<affine, musl, false>(setup, time, dt, outcome);
+        setup.shared_volume ? run<affine, musl, true>(setup, time, dt, grains, outcome)
+                            : run<affine, musl, false>(setup, time, dt, grains, outcome);
     };
     bool const musl = setup.scheme == Scheme::musl;
     if (setup.affine)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "participants/mpm/grains.hpp"
 #include "participants/mpm/grid.hpp"
 #include "participants/mpm/packed_points.hpp"
 #include "participants/mpm/packed_stencil.hpp"
@@ -26,7 +27,7 @@ class PackedStep
     {
         double kinetic_before = 0, kinetic_after = 0;
         double gravity = 0, stress = 0;  //!< work
-        Booked booked;                   //!< plastic, sliding, damping
+        Booked booked;                   //!< all but numerical
         std::int64_t light_nodes = 0;
         std::size_t nodes = 0;
         double speed = 0;  //!< of the fastest wave over the fastest point [m/s]
@@ -48,7 +49,8 @@ class PackedStep
     void take(State<2> const& state) { points_.take(state); }
     void give(Setup<2> const& setup, State<2>& state) const { points_.give(state, setup.affine); }
     //! False: the points lie so far apart that boxes of nodes would be mostly empty; nothing was done.
-    bool step(Setup<2> const& setup, double time, std::int64_t steps, double dt, Outcome& outcome);
+    bool step(Setup<2> const& setup, double time, std::int64_t steps, double dt, GrainContacts<2>& grains,
+              Outcome& outcome);
 
  private:
     //! A chunk's points, its nodes, its share of the sums.
@@ -72,11 +74,12 @@ class PackedStep
     void sort(Setup<2> const& setup);
     void add_boxes(std::size_t from, std::size_t count, std::size_t to);
     void share_mean(std::size_t from, std::size_t volume, std::size_t value, std::size_t mean);
-    void move_nodes(Setup<2> const& setup, double time, double dt, Outcome& outcome);
+    void move_nodes(Setup<2> const& setup, double dt, Outcome& outcome);
+    void touch_grains(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome);
     void hold_nodes(Setup<2> const& setup, double time, Outcome& outcome);
     void set_strain_velocities(Setup<2> const& setup, Outcome& outcome);
     template <bool affine, bool musl, bool shared>
-    void run(Setup<2> const& setup, double time, double dt, Outcome& outcome);
+    void run(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome);
     template <bool affine, bool shared, class Law>
     void deform(double dt, Law const& law);
 

@@ -16,17 +16,18 @@ template <int D>
 class Recorder
 {
  public:
-    //! A resumed run goes on with what is there up to `resumed_at` [s].
-    Recorder(sluice::RunNames const& names, std::optional<double> resumed_at = std::nullopt);
+    //! `grains`: with the impulse on them. A resumed run goes on with what is there up to `resumed_at` [s].
+    Recorder(sluice::RunNames const& names, bool grains, std::optional<double> resumed_at = std::nullopt);
     //! Right after the constructor: what the archive lacks of the earlier part of a resumed run; empty: nothing.
     std::string remark() const { return archive_.remark(series_.frames()); }
 
     void picture(double time, State<D> const& state);
-    //! `balance`: of the energies at the start [J].
-    void row(double time, Solver<D> const& solver, double front_depth, double balance);
+    //! `balance`: of the energies at the start [J]; `impulse`: what the grains got in the last window [N s].
+    void row(double time, Solver<D> const& solver, double front_depth, double balance, Vec<D> const& impulse);
     void close() { archive_.close(); }
 
  private:
+    bool grains_;
     sluice::PointSeries series_;
     sluice::Archive archive_;
     sluice::Table table_;

@@ -140,7 +140,7 @@ bool Solver<D>::step_packed(double dt)
         if (!packed_has_points_) packed_.take(state_);
         packed_has_points_ = true;
         PackedStep::Outcome o;
-        if (!packed_.step(setup_, state_.time, state_.steps, dt, o)) return false;
+        if (!packed_.step(setup_, state_.time, state_.steps, dt, grains_, o)) return false;
         points_are_behind_ = true;
         state_.time += dt;
         ++state_.steps;
@@ -153,8 +153,9 @@ bool Solver<D>::step_packed(double dt)
         booked.plastic += o.booked.plastic;
         booked.sliding += o.booked.sliding;
         booked.damping += o.booked.damping;
-        booked.numerical +=
-            o.kinetic_before - o.kinetic_after + o.gravity - o.stress - o.booked.sliding - o.booked.damping;
+        booked.external_work += o.booked.external_work;
+        booked.numerical += o.kinetic_before - o.kinetic_after + o.gravity - o.stress + o.booked.external_work -
+                            o.booked.sliding - o.booked.damping;
         return true;
     }
     return false;
@@ -172,6 +173,8 @@ void Solver<D>::step_plain(double dt)
     grid_.clear();
     transfer_->to_grid(setup_, state_, loads_, shifts_of_stress(), grid_);
     move_nodes(dt);
+    if (grains_.any()) touch_grains(dt);
+    hold_nodes();
     nodes_reached_ = static_cast<std::size_t>(
         std::count_if(grid_.nodes().begin(), grid_.nodes().end(), [](auto const& node) { return node.mass > 0; }));
     transfer_->to_points(setup_, state_, grid_, dt);
@@ -191,8 +194,7 @@ void Solver<D>::step_plain(double dt)
                         (booked.damping - before.damping);
 }
 
-//! Velocities of the nodes after forces, damping and walls, in this order. Work of friction: its impulse times the mean
-//! of the velocities at the ends of the step; a node that sticks makes none.
+//! Velocities of the nodes after forces and damping.
 template <int D>
 void Solver<D>::move_nodes(double dt)
 {
@@ -204,16 +206,42 @@ void Solver<D>::move_nodes(double dt)
         Vec<D> v = node.before + dt * ((node.inner + node.outer) / node.mass + setup_.gravity);
         booked.external_work += 0.5 * dt * node.outer.dot(node.before + v);
         booked.damping += 0.5 * node.mass * (1 - kept * kept) * v.squaredNorm();
-        v *= kept;
+        node.velocity = kept * v;
+    }
+}
+
+//! ... and grains
+template <int D>
+void Solver<D>::touch_grains(double dt)
+{
+    grains_.begin(setup_);
+    for (Point<D> const& p : state_.points)
+        if (grains_.is_near(setup_, p.place)) grains_.consider(setup_, dt, p.id, p.place, p.matter.ratio);
+    for (TouchedNode<D>& touched : grains_.nodes()) {
+        Node<D> const& node = grid_.reach(touched.index);
+        touched.mass = node.mass, touched.before = node.before, touched.velocity = node.velocity;
+    }
+    grains_.solve(setup_, state_.time, dt, state_.booked);
+    for (TouchedNode<D> const& touched : grains_.nodes()) grid_.reach(touched.index).velocity = touched.velocity;
+}
+
+//! ... and walls. Work of friction: its impulse times the mean of the velocities at the ends of the step; a node that
+//! sticks makes none.
+template <int D>
+void Solver<D>::hold_nodes()
+{
+    for (Node<D>& node : grid_.nodes()) {
+        if (node.mass <= 0) continue;
+        Vec<D> v = node.velocity;
         for (std::size_t w = 0; w < setup_.walls.size(); ++w) {
             Wall const& wall = setup_.walls[w];
-            if (wall.removed_at <= state_.time || !holds(wall, setup_, node)) continue;
+            if (wall.removed_at <= state_.time || !holds<D>(wall, setup_, node.index)) continue;
             Vec<D> rubbed = v;
             node.grip[w] = hold<D>(wall, v);
             if (wall.kind != WallKind::rough) continue;
             rubbed -= v;
             rubbed[wall.axis] = 0;
-            booked.sliding += 0.5 * node.mass * rubbed.dot(node.before + v);
+            state_.booked.sliding += 0.5 * node.mass * rubbed.dot(node.before + v);
         }
         node.velocity = v;
     }

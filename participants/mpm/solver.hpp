@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "participants/mpm/energy.hpp"
+#include "participants/mpm/grains.hpp"
 #include "participants/mpm/grid.hpp"
 #include "participants/mpm/packed_step.hpp"
 #include "participants/mpm/transfer.hpp"
@@ -30,9 +31,9 @@ class Solver
     //! Throws sluice::Error (numerical): dt above the limit, a point turned inside out, not finite, or outside.
     void step(double dt);
     //! `courant` cells at the speed of the fastest wave over the fastest point [s].
-    double longest_step() const { return setup_.courant * setup_.cell / speed_; }
+    double longest_step() const { return setup_.courant * limit(); }
     //! One cell at that speed [s]; step() refuses more.
-    double limit() const { return setup_.cell / speed_; }
+    double limit() const { return setup_.cell / std::max(speed_, grains_.speed()); }
 
     //! Whether a point may be there: in the domain, or in a side that is a wall by less than half a cell, where nothing
     //! moves it further.
@@ -54,6 +55,13 @@ class Solver
     Energies energies() const { return mpm::energies(setup_, state()); }
     //! Force on each point [N] from now on; none: empty.
     void set_loads(std::vector<Vec<D>> loads) { loads_ = std::move(loads); }
+    //! Grains that points touch in the steps to come, as they are at the start of the next one; their motion is its
+    //! mean.
+    void set_grains(std::vector<Grain<D>> grains) { grains_.set(std::move(grains)); }
+    //! Of the points on grains.
+    void set_friction(double friction) { grains_.friction = friction; }
+    //! The contacts of the last step, and what the grains got in it.
+    GrainContacts<D> const& grains() const { return grains_; }
     //! No bit of a result depends on it.
     void use_threads(int threads);
     void set_gravity(Vec<D> const& gravity);
@@ -72,6 +80,8 @@ class Solver
     void write_points() const;
     void check_upright() const;
     void move_nodes(double dt);
+    void touch_grains(double dt);
+    void hold_nodes();
     void set_strain_velocities();
     std::vector<double> shifts_of_stress() const;
     void share_volume();
@@ -89,6 +99,7 @@ class Solver
     std::size_t nodes_reached_ = 0;
     Grid<D> grid_;
     Transfer<D> const* transfer_;
+    GrainContacts<D> grains_;
     std::vector<Vec<D>> loads_, places_;
     std::vector<Mat<D>> increments_;
     double speed_ = 0;  //!< wave and point [m/s]

@@ -29,8 +29,8 @@ struct Stencil
     }
 
     //! each(node, weight, gradient of the weight)
-    template <class Each>
-    void each(Grid<D>& grid, Each&& each) const
+    template <class Nodes, class Each>
+    void each(Nodes& grid, Each&& each) const
     {
         constexpr std::size_t width = Basis::width;
         constexpr std::size_t count = D == 2 ? width * width : width * width * width;

@@ -41,9 +41,9 @@ int line_of(Wall const& wall, Setup<D> const& setup)
 }
 
 template <int D>
-bool holds(Wall const& wall, Setup<D> const& setup, Node<D> const& node)
+bool holds(Wall const& wall, Setup<D> const& setup, std::array<int, D> const& node)
 {
-    return wall.side * (node.index[static_cast<std::size_t>(wall.axis)] - line_of(wall, setup)) >= 0;
+    return wall.side * (node[static_cast<std::size_t>(wall.axis)] - line_of(wall, setup)) >= 0;
 }
 
 }  // namespace mpm

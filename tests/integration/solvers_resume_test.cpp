@@ -326,6 +326,18 @@ TEST_CASE("column of a continuum: killed or stopped and resumed, it leaves the s
     check_stopped(c, {{0, 5}});
 }
 
+TEST_CASE("boulder on a continuum: cut at any window and resumed, it leaves the same bits")
+{
+    Case const c(
+        "boulder_drop.yaml", {{"boulder", DEM_COMMAND}, {"bed", MPM_COMMAND}},
+        {"time.end=0.002", "time.window=4e-5", "output.interval=0.001", "output.series=0.0001",
+         "participants.bed.config.cell=0.025",
+         "participants.boulder.config.grains=[{radius: 0.05, position: [0.5, 0.3505], velocity: [0.5, -1.5]}]"});
+    c.run("whole");
+    CHECK(shell::slurp(c.out("whole") / ".sluice/bed.json").find("contacts with grains") != std::string::npos);
+    for (int const window : {1, 30}) check_cut(c, window);
+}
+
 TEST_CASE("measures: killed or stopped and resumed, no row, picture or step is missing or there twice")
 {
     Case const c = measured();

@@ -67,6 +67,7 @@ les: 0.1
 walls: {left: periodic, right: periodic, top: {velocity: 0.3}}
 gravity: true
 acceleration: [1, 0]
+oscillation: {amplitude: [0.5, 0.25], frequency: 2}
 hydrodynamic_radius: 0.7
 threads: 3
 )");
@@ -78,6 +79,8 @@ threads: 3
     CHECK(!c.periodic(1));
     CHECK(c.walls[lbm::top<2>].velocity[0] == 0.3);
     CHECK(c.acceleration == std::array<double, 3>{1, -9.81, 0});
+    CHECK(c.oscillation->amplitude == std::array<double, 3>{0.5, 0.25, 0});
+    CHECK(c.oscillation->frequency == 2);
     CHECK(c.hydrodynamic_radius == 0.7);
     CHECK(c.threads == 3);
 }
@@ -106,16 +109,20 @@ walls: {left: {inflow: 0.2, profile: parabola, ramp: 0.5}, right: {pressure: 12}
 TEST_CASE("config: solids at rest")
 {
     lbm::Config const c = read(whole + R"(
-solids: [{name: pile, disc: {centre: [0.05, 0.02], radius: 0.01}}, {box: {low: [0, 0], high: [0.02, 0.01]}}]
+solids: [{name: pile, disc: {centre: [0.05, 0.52], radius: 0.01}}, {box: {low: [0, 0.5], high: [0.02, 0.5625]}}]
 )");
     REQUIRE(c.solids.size() == 2);
     CHECK(c.solids[0].name == "pile");
     CHECK(c.solids[0].radius == 0.01);
     CHECK(c.solids[1].name == "solid_1");
-    CHECK(c.solids[1].centre == std::array<double, 3>{0.01, 0.005, 0});
-    CHECK(c.solids[1].size == std::array<double, 3>{0.02, 0.01, 0});
+    CHECK(c.solids[1].centre == std::array<double, 3>{0.01, 0.53125, 0});
+    CHECK(c.solids[1].size == std::array<double, 3>{0.02, 0.0625, 0});
 
-    CHECK(contains(errors(whole + "solids: [{box: {low: [0.1, 0], high: [0, 0.1]}}]\n"), "is not above low"));
+    CHECK(contains(errors(whole + "solids: [{box: {low: [0.1, 0], high: [0, 0.1]}}]\n"),
+                   "is 0 m along x, not above low, 0.1 m."));
+    for (char const* const where : {"[9, 0.01]", "[0.05, -9]"})
+        CHECK(contains(errors(whole + "solids: [{name: far, disc: {centre: " + where + ", radius: 0.01}}]\n"),
+                       "far lies outside the domain, which goes from"));
     CHECK(contains(errors(whole + "solids: [{disc: {centre: [0, 0]}}]\n"), "radius"));
     CHECK(contains(
         errors(

@@ -19,16 +19,16 @@ std::string const material =
     "material: {law: mohr_coulomb, density: 1900, youngs_modulus: 2e6, poissons_ratio: 0.25, friction_angle: 23}\n";
 std::string const column = "column: {width: 0.1, aspect_ratio: 0.8}\n";
 
-mpm::Config read(std::string const& text, int dimension = 2)
+mpm::Config read(std::string const& text, int dimension = 2, bool grains = false)
 {
     sluice::Reader reader = sluice::read_yaml(text, "scene.yaml");
-    return mpm::read_config(reader, dimension, {0, -9.81, 0});
+    return mpm::read_config(reader, dimension, {0, -9.81, 0}, grains);
 }
 
-std::string errors(std::string const& text, int dimension = 2)
+std::string errors(std::string const& text, int dimension = 2, bool grains = false)
 {
     try {
-        read(text, dimension);
+        read(text, dimension, grains);
     } catch (sluice::Error const& e) {
         CHECK(e.exit() == sluice::Exit::config);
         return e.what();
@@ -91,7 +91,9 @@ bodies:
   - {box: {low: [0.2, 0.1], high: [0.3, 0.2]}, velocity: [1, 2]}
   - {ball: {centre: [0.35, 0.05], radius: 0.04}}
 geostatic: {surface: 0.08, k0: 0.5}
+grains: {friction: 0.3}
 )");
+    CHECK(*c.grain_friction == 0.3);
     CHECK(c.points == 3);
     CHECK(c.basis == mpm::BasisKind::spline);
     CHECK(c.width == mpm::Width::stretch);
@@ -151,6 +153,8 @@ TEST_CASE("config: what cannot run is refused, with the key")
     CHECK(contains(errors("domain: {size: [0.405, 0.2]}\ncell: 0.01\n" + material + column), "40.5 cells"));
     CHECK(contains(errors("domain: {size: [400, 200]}\ncell: 1e-3\n" + material + column), "at most 1e9"));
     CHECK(contains(errors(domain + material), "give column, bodies"));
+    CHECK(contains(errors(domain + material + column, 2, true), "is missing (a partner sends grains"));
+    CHECK(contains(errors(domain + material + column + "grains: {friction: -1}\n"), "grains.friction = -1"));
     CHECK(contains(errors(domain + column), "material"));
     CHECK(contains(errors(domain + material + column + "basis: hat\n"), "basis"));
     CHECK(contains(errors(domain + material + column + "basis: linear\naffine: true\n"), "affine = true beside"));

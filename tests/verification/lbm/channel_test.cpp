@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <complex>
 #include <numbers>
 #include <string>
 
@@ -97,6 +98,40 @@ TEST_CASE("L01: without the offset the profile converges to the parabola with or
     double const slope = std::log(fine / coarse) / std::log(4.0);
     CHECK(verification::report({"L01", "slope of L2 against the parabola, bgk N=16, 64", slope, -2, std::abs(slope + 2),
                                 0.02, watch.seconds()}));
+}
+
+TEST_CASE("L02b: channel flow that is driven to and fro, Wo = h sqrt(w/nu) = 3 and 8, h = 16 cells")
+{
+    using Complex = std::complex<double>;
+    std::ptrdiff_t const n = 32;
+    double const h = 16;
+    // marks of the file
+    for (auto const& [wo, mark] : {std::pair{3.0, 0.02}, std::pair{8.0, 0.03}}) {
+        verification::Stopwatch const watch;
+        lbm::Config c = config(3, n, 0.6);
+        make_periodic(c, true, false);
+        double const w = wo * wo * c.viscosity / (h * h), g = 0.02 * w;
+        c.oscillation = lbm::Oscillation{.amplitude = {g, 0, 0}, .frequency = w / (2 * std::numbers::pi)};
+        lbm::Solver<2> solver(c);
+        auto const period = static_cast<int>(std::lround(2 * std::numbers::pi / w));
+        while (solver.steps() < 10 * period) solver.step();
+        Complex const root = std::sqrt(Complex(0, 1)) * wo;
+        double worst = 0;
+        for (int k = 0; k < period; ++k) {
+            solver.step();
+            if (k % (period / 20) != 0) continue;
+            lbm::Fields const f = solver.fields();
+            Complex const turn = std::exp(Complex(0, w * solver.time()));
+            for (std::ptrdiff_t j = 0; j < n; ++j) {
+                double const y = (static_cast<double>(j) + 0.5 - h) / h;
+                // closed form (the file): u = Re[(g/w) (1 - cosh(sqrt(i) Wo y)/cosh(sqrt(i) Wo))/i e^(i w t)]
+                double const exact = ((1.0 - std::cosh(root * y) / std::cosh(root)) / Complex(0, 1) * turn).real();
+                worst = std::max(worst, std::abs(f.velocity[static_cast<std::size_t>(2 * 3 * j)] / (g / w) - exact));
+            }
+        }
+        CHECK(verification::report(
+            {"L02b", text("max|du|/(g/w) at Wo=%g, tau=%g", wo, 0.6), worst, 0, worst, mark, watch.seconds()}));
+    }
 }
 
 TEST_CASE("L02: start-up Couette flow")
