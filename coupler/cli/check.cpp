@@ -35,15 +35,33 @@ std::vector<std::string> solvers_here()
     return names;
 }
 
+//! The package for want of which a solver of ours was left out when this command was built; empty: it was not. Somebody
+//! else's program of that name may be on PATH.
+std::string package_missing_for(ParticipantSpec const& spec)
+{
+    if (spec.solver.empty() || !find_executable((own_directory() / spec.solver).string()).empty()) return {};
+    std::ifstream list(own_directory() / "../share/sluice/left_out");
+    for (std::string name, package; list >> name >> package;)
+        if (name == spec.solver) return package;
+    return {};
+}
+
 void require_executables(LoadedScene& loaded)
 {
     auto const here = solvers_here();
     std::string list;
     for (auto const& name : here) list += (list.empty() ? "" : ", ") + name;
     for (auto const& spec : loaded.scene.participants) {
+        auto problem = spec.place;
+        if (auto const package = package_missing_for(spec); !package.empty()) {
+            problem.text = "participants." + spec.name + ".solver = " + spec.solver +
+                           ": was left out when this sluice was built, for want of the package " + package +
+                           ". Install it, then build again.";
+            loaded.diagnostics->problems.push_back(problem);
+            continue;
+        }
         auto const name = program_of(spec)[0];
         if (name.empty() || !find_executable(name).empty()) continue;
-        auto problem = spec.place;
         auto const near = nearest(name, here);
         problem.text = "participants." + spec.name + (spec.solver.empty() ? ".command" : ".solver") + " = " + name +
                        ": no such executable (solvers here: " + list + "; others are looked for on PATH)." +
@@ -165,6 +183,7 @@ CheckedScene check_scene(SceneChoice const& choice)
     for (auto const& spec : scene.participants) {
         auto argv = program_of(spec);
         if (!is_identifier(spec.name) || argv[0].empty() || find_executable(argv[0]).empty()) continue;
+        if (!package_missing_for(spec).empty()) continue;
         for (std::string const& word : {scene.file.string(), std::string("--as"), spec.name, std::string("--out"),
                                         (answers.path() / "run").string(), std::string("--check")})
             argv.push_back(word);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,22 +15,13 @@
 #include "participants/dem/partner_loads.hpp"
 #include "participants/dem/recorder.hpp"
 #include "participants/dem/setup.hpp"
+#include "participants/dem/start.hpp"
 #include "participants/dem/steady_shear.hpp"
 
 namespace dem {
 namespace {
 
 constexpr double steps_of_a_dry_window = 50;  // without a partner a window only paces the output
-
-//! Packings are kept between runs here; empty: nowhere.
-std::filesystem::path packing_cache()
-{
-    auto from = [](char const* name) { return std::getenv(name) ? std::filesystem::path(std::getenv(name)) : ""; };
-    if (auto const own = from("SLUICE_CACHE"); !own.empty()) return own;
-    if (auto const cache = from("XDG_CACHE_HOME"); !cache.empty()) return cache / "sluice";
-    if (auto const home = from("HOME"); !home.empty()) return home / ".cache" / "sluice";
-    return {};
-}
 
 template <int D>
 sluice::Kinematics kinematics_of(Columns<D> const& c)
@@ -68,68 +58,6 @@ Vec<D> advance(Solver<D>& solver, double step, sluice::Window const& window, Par
     }
     if (!vary) solver.steps(dt, steps);
     return impulse;
-}
-
-//! What the summary says about the start; a checkpoint keeps it, for the summary of a resumed run.
-struct Start
-{
-    double height = 0, front = 0, mean_diameter = 0;  //!< m
-    double packing_fraction = 0;                      //!< 0: not a column, or too narrow to measure it
-    double balance = 0;                               //!< of the energies [J]
-
-    void keep(sluice::State& state) const
-    {
-        state.put("start", std::vector<double>{height, front, mean_diameter, packing_fraction, balance});
-    }
-    static Start kept(sluice::State const& state)
-    {
-        auto const numbers = state.numbers("start", 5);
-        return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]};
-    }
-};
-
-//! The box within a column, clear of its sides, in which its packing fraction is measured; nothing: too narrow.
-template <int D>
-std::optional<std::pair<Vec<D>, Vec<D>>> core_of(ColumnConfig const& column, Measures<D> const& m, double mean)
-{
-    bool const box = column.container == Container::box;
-    double const side = box ? m.front - mean : 0.7 * m.front;  // a square within the quarter of a circle
-    if (m.front <= 4 * mean || m.height <= 4 * mean) return std::nullopt;
-    if constexpr (D == 2)
-        return std::pair{Vec2{mean, mean}, Vec2{side, m.height - 2 * mean}};
-    else
-        return std::pair{Vec3{mean, mean, mean}, Vec3{side, box ? column.depth - mean : side, m.height - 2 * mean}};
-}
-
-template <int D>
-Start start_of(Config const& config, Solver<D> const& solver)
-{
-    auto const m = measure(solver);
-    Start start{.height = m.height, .front = m.front, .mean_diameter = mean_diameter(solver.grains())};
-    if (config.measures[Measure::drift].wanted) start.balance = solver.energies().balance();
-    if (!config.column) return start;
-    if (auto const core = core_of<D>(*config.column, m, start.mean_diameter))
-        start.packing_fraction = packing_fraction<D>(solver.grains(), core->first, core->second);
-    return start;
-}
-
-void state_facts(sluice::Participant& self, Config const& config, std::size_t grains, Start const& start)
-{
-    self.fact("grains", static_cast<double>(grains));
-    self.fact("H0 [m]", start.height);
-    self.fact("L0 [m]", start.front);
-    self.fact("mean diameter [m]", start.mean_diameter);
-    self.fact("longest step [s]", config.step);
-    self.fact("contact time [s]", config.contact_time);
-    if (start.packing_fraction > 0) self.fact("packing fraction", start.packing_fraction);
-}
-
-std::size_t count_grains(Config const& config)
-{
-    return static_cast<std::size_t>(config.column ? config.column->count
-                                    : config.fill ? config.fill->count
-                                                  : 0) +
-           config.grains.size();
 }
 
 //! At t = 0; in a resumed run without grains: the checkpoint brings them, nothing is poured. Without grains, too, on
@@ -267,7 +195,7 @@ void run(sluice::Participant& self, Config const& config)
     share_out(self, solver, peers.get());
     sluice::Windows windows = self.windows();
     if (self.resumes()) begin_recording(self.resumed_at());
-    state_facts(self, config, count_grains(config), start);
+    for (auto const& [name, value] : facts_of(config, start)) self.fact(name, value);
     PartnerLoads<D> loads(overview.now().grains().id);
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());

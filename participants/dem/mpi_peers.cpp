@@ -1,18 +1,16 @@
 #include "participants/dem/mpi_peers.hpp"
 
-#define OMPI_SKIP_MPICXX  // the deprecated C++ interface does not compile without warnings
-#include <mpi.h>
 #include <sched.h>
 
 #include <algorithm>
 #include <chrono>
 #include <climits>
-#include <exception>
 #include <string>
 #include <thread>
 #include <utility>
 
 #include "coupler/base/error.hpp"
+#include "participants/dem/mpi_processes.hpp"
 
 namespace dem {
 namespace {
@@ -40,38 +38,7 @@ void wait_for(std::vector<MPI_Request>& requests)
 class MpiPeers final : public Peers
 {
  public:
-    MpiPeers(int rank, int count) : rank_(rank), count_(count), unwinding_(std::uncaught_exceptions())
-    {
-        int begun = 0, provided = 0, world_rank = 0, world_size = 0;
-        MPI_Initialized(&begun);
-        ours_ = begun == 0;
-        if (ours_) MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
-        MPI_Comm_rank(MPI_COMM_WORLD, &world_rank);
-        MPI_Comm_size(MPI_COMM_WORLD, &world_size);
-        int const first = world_rank - rank;  // mpirun numbers the processes of a program one after the other
-        sluice::require(first >= 0 && first + count <= world_size, [&] {
-            return sluice::Error("dem: process " + std::to_string(rank) + " of " + std::to_string(count) +
-                                 " was not started with the others (needed: mpirun -np " + std::to_string(count) +
-                                 ", as `sluice run` does).");
-        });
-        MPI_Group world = MPI_GROUP_NULL, own = MPI_GROUP_NULL;
-        MPI_Comm_group(MPI_COMM_WORLD, &world);
-        int range[1][3] = {{first, first + count - 1, 1}};
-        MPI_Group_range_incl(world, 1, range, &own);
-        MPI_Comm_create_group(MPI_COMM_WORLD, own, tag, &comm_);
-        MPI_Group_free(&own);
-        MPI_Group_free(&world);
-    }
-
-    //! After an error the others are not waited for: mpirun ends them.
-    ~MpiPeers() override
-    {
-        if (std::uncaught_exceptions() > unwinding_) return;
-        MPI_Comm_free(&comm_);
-        if (ours_) MPI_Finalize();
-    }
-    MpiPeers(MpiPeers const&) = delete;
-    MpiPeers& operator=(MpiPeers const&) = delete;
+    MpiPeers(int rank, int count) : rank_(rank), count_(count), processes_(rank, count) {}
 
     int rank() const override { return rank_; }
     int count() const override { return count_; }
@@ -125,9 +92,8 @@ class MpiPeers final : public Peers
 
  private:
     int rank_, count_;
-    int unwinding_;  //!< exceptions on their way when this was made
-    bool ours_ = false;
-    MPI_Comm comm_ = MPI_COMM_NULL;
+    MpiProcesses processes_;
+    MPI_Comm comm_ = processes_.comm();
     std::vector<MPI_Request> requests_;
 };
 

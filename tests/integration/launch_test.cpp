@@ -233,6 +233,22 @@ TEST_CASE("check: a solver that is not there, with the nearest name")
     CHECK(says(result, "Did you mean dem?"));
 }
 
+TEST_CASE("check: a solver that was left out of the build names the package, whatever else has its name")
+{
+    Case c("sluice: 1\ntime: {end: 1}\nparticipants: {a: {solver: sh}}\n");
+    auto const home = c.scratch.path() / "home";  // of a sluice that was built without a solver `sh`
+    std::filesystem::create_directories(home / "bin");
+    std::filesystem::create_directories(home / "share/sluice");
+    std::filesystem::copy(sluice_command, home / "bin/sluice");
+    std::ofstream(home / "share/sluice/left_out") << "sh libsh-dev\n";
+    auto const result = shell::run({home / "bin/sluice", "check", c.file()}, c.log());
+    CHECK(result.exit == 2);
+    CHECK(says(result, c.file() + ":3:20: participants.a.solver = sh: was left out when this sluice was built"));
+    CHECK(says(result, "the package libsh-dev. Install it, then build again."));
+    std::filesystem::create_symlink("/bin/true", home / "bin/sh");  // it is there after all
+    CHECK(!says(shell::run({home / "bin/sluice", "check", c.file()}, c.log()), "left out"));
+}
+
 TEST_CASE("check: data that a solver cannot send is a mistake of the scene")
 {
     auto text = scene();

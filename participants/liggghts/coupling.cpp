@@ -1,0 +1,336 @@
+#include "participants/liggghts/coupling.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "coupler/coupler.hpp"
+#include "coupler/record/atomic_file.hpp"
+#include "participants/dem/measures.hpp"
+#include "participants/dem/partner_loads.hpp"
+#include "participants/dem/recorder.hpp"
+#include "participants/dem/setup.hpp"
+#include "participants/dem/start.hpp"
+#include "participants/liggghts/drive.hpp"
+#include "participants/liggghts/engine.hpp"
+#include "participants/liggghts/mirror.hpp"
+#include "participants/liggghts/observer.hpp"
+#include "participants/liggghts/script.hpp"
+#include "participants/liggghts/source.hpp"
+
+namespace liggghts {
+namespace {
+
+constexpr double steps_of_a_dry_window = 50;  // without a partner a window only paces the output
+
+//! What stands for the grains of a user's script before it has run: no walls, no laws.
+template <int D>
+dem::Setup<D> bare_setup(dem::Config const& config, dem::Grains<D> const& grains)
+{
+    dem::Setup<D> setup;
+    setup.gravity = dem::to_dimension<D>(config.gravity);
+    double smallest = grains.size() > 0 ? grains.place[0].radius : 1.0;
+    for (auto const& place : grains.place) smallest = std::min(smallest, place.radius);
+    setup.skin = dem::list_reach(2.0 * smallest);
+    return setup;
+}
+
+template <int D>
+class Run
+{
+ public:
+    Run(sluice::Participant& self, Source const& source) : self_(self), source_(source) {}
+
+    void operator()();
+
+ private:
+    dem::Config const& config() const { return source_.config; }
+    std::filesystem::path file(std::string const& ending) const
+    {
+        return self_.directory() / (self_.name() + ".liggghts." + ending);
+    }
+    void start_generated();
+    void start_engine(std::filesystem::path const& restart, typename Drive<D>::Loads applied);
+    void keep(sluice::State& state);
+    void go_on(sluice::State const& state);
+    void begin_recording(std::optional<double> resumed_at);
+    void look();
+    void tell();
+    void record(dem::Due const& due, dem::Vec<D> impulse);
+    void advance(sluice::Window const& window);
+    void take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time, typename Drive<D>::Loads& loads);
+    std::vector<Removal> removals(sluice::Window const& window, std::int64_t steps, double dt) const;
+
+    sluice::Participant& self_;
+    Source const& source_;
+    SizeClasses classes_;
+    std::vector<std::int64_t> ids_;  //!< of the tags 1, 2, ...; empty: they are the ids
+    dem::Start start_;
+    std::unique_ptr<Engine> engine_;
+    std::optional<Drive<D>> drive_;
+    Mirror<D> mirror_;
+    std::optional<Observer<D>> observer_;
+    std::optional<dem::Recorder<D>> recorder_;
+    std::optional<dem::Finder> find_;
+    std::vector<std::int64_t> found_in_;  //!< that find_ is of
+    double work_ = 0.0;                   //!< of their loads so far [J]
+    double now_ = 0.0;                    //!< s
+};
+
+//! The grains of the block as they are at t = 0, and the input script that says so.
+template <int D>
+void Run<D>::start_generated()
+{
+    auto const packing =
+        dem::prepare_packing<D>(config(), dem::packing_cache(), [&](std::string const& line) { self_.note(line); });
+    auto const solver = dem::make_solver(config(), packing);
+    auto const& grains = solver.grains();
+    start_ = dem::start_of(config(), solver);
+    std::vector<double> radius;
+    for (auto const& place : grains.place) radius.push_back(place.radius);
+    classes_ = classes_of(grains.mass, radius, most_classes);
+    ids_ = grains.id;
+    sluice::write_atomically(file("data"), data_of(config(), grains, classes_));
+}
+
+template <int D>
+void Run<D>::start_engine(std::filesystem::path const& restart, typename Drive<D>::Loads applied)
+{
+    engine_ = std::make_unique<Engine>(file(restart.empty() ? "log" : "resumed.log"), self_.rank(), self_.ranks());
+    if (source_.generates()) {
+        for (auto const& said : differences(config(), classes_)) self_.warn(said);
+        std::string const grains =
+            restart.empty() ? "read_data \"" + file("data").string() : "read_restart \"" + restart.string();
+        sluice::write_atomically(file("in"), script_of(config(), classes_, grains + '"', now_));
+    }
+    run_script(*engine_, source_.generates() ? file("in") : source_.script, restart);
+    drive_.emplace(*engine_);
+    drive_->begin(std::move(applied), config().measures[dem::Measure::energies].wanted);
+    mirror_ = Mirror<D>(ids_);
+    mirror_.update(engine_->rows());
+    observer_.emplace(source_.generates() ? dem::make_setup<D>(config()) : bare_setup(config(), mirror_.grains()));
+}
+
+//! LIGGGHTS' own restart file, and what it does not know. It goes on as one that has read the file: with new lists.
+template <int D>
+void Run<D>::keep(sluice::State& state)
+{
+    auto const restart = file("restart");
+    engine_->command("write_restart \"" + restart.string() + "\"", "checkpoint");
+    auto const text = sluice::read_file(restart);
+    std::filesystem::remove(restart);
+    state.put("restart", std::as_bytes(std::span(text)));
+    std::vector<double> class_mass, class_radius, applied;
+    for (auto const& [mass, radius] : classes_.classes) {
+        class_mass.push_back(mass);
+        class_radius.push_back(radius);
+    }
+    for (auto const& load : drive_->applied()) applied.insert(applied.end(), load.begin(), load.end());
+    state.put("classes/mass", class_mass);
+    state.put("classes/radius", class_radius);
+    state.put("applied", applied);
+    state.put("ids", ids_);
+    state.put_number("time", now_);
+    state.put_number("work", work_);
+    start_.keep(state);
+    engine_->evaluate();
+}
+
+template <int D>
+void Run<D>::go_on(sluice::State const& state)
+{
+    sluice::require(!engine_, [] {
+        return sluice::Error("LIGGGHTS cannot go back in a run (needed: on-death: stop). `sluice resume` goes on.");
+    });
+    auto const restart = file("restart");
+    auto const bytes = state.bytes("restart");
+    sluice::write_atomically(restart, bytes);
+    auto const mass = state.numbers("classes/mass"), radius = state.numbers("classes/radius", mass.size());
+    for (std::size_t c = 0; c < mass.size(); ++c) classes_.classes.push_back({mass[c], radius[c]});
+    auto const ids = state.integers("ids");
+    ids_.assign(ids.begin(), ids.end());
+    auto const numbers = state.numbers("applied");
+    typename Drive<D>::Loads applied(numbers.size() / std::tuple_size_v<Acting<D>>);
+    auto next = numbers.begin();
+    for (auto& load : applied)
+        for (double& number : load) number = *next++;
+    now_ = state.number("time");
+    work_ = state.number("work");
+    start_ = dem::Start::kept(state);
+    start_engine(restart, std::move(applied));
+    std::filesystem::remove(restart);
+}
+
+template <int D>
+void Run<D>::begin_recording(std::optional<double> resumed_at)
+{
+    recorder_.emplace(sluice::RunNames{self_.directory(), self_.name(), self_.scene().hash}, config(),
+                      start_.mean_diameter, resumed_at);
+    if (auto const remark = recorder_->remark(); !remark.empty()) self_.warn(remark);
+}
+
+//! Where the grains are now.
+template <int D>
+void Run<D>::look()
+{
+    auto const before = mirror_.id().size();
+    mirror_.update(engine_->rows());
+    auto const count = mirror_.id().size();
+    sluice::require(!source_.generates() || count == ids_.size(), [&] {
+        return sluice::Error("LIGGGHTS has " + std::to_string(count) + " grains, of " + std::to_string(before) +
+                                 " before this window: others have left. Try a shorter step.",
+                             sluice::Exit::numerical);
+    });
+}
+
+template <int D>
+void Run<D>::tell()
+{
+    for (auto const& to : self_.receivers("kinematics"))
+        self_.write(to, sluice::Kinematics{mirror_.id(), mirror_.position(), mirror_.velocity(), mirror_.spin(),
+                                           mirror_.radius()});
+}
+
+template <int D>
+void Run<D>::record(dem::Due const& due, dem::Vec<D> impulse)
+{
+    if (!dem::is_anything_due(config().measures, due)) return;
+    auto grains = mirror_.grains();
+    auto const& acting = drive_->applied();
+    for (std::size_t k = 0; k < grains.size(); ++k) {
+        auto const tag = static_cast<std::size_t>(mirror_.tags()[k]);
+        if (tag >= acting.size()) continue;
+        auto numbers = acting[tag].begin();
+        dem::each_number(grains.external[k].force, [&](double& number) { number = *numbers++; });
+    }
+    dem::Columns<D> columns;
+    columns.update(grains);
+    recorder_->record(due, columns, {observer_->look(grains, now_, work_), impulse, start_.balance});
+}
+
+//! The walls that vanish in this window; each in the nearest step.
+template <int D>
+std::vector<Removal> Run<D>::removals(sluice::Window const& window, std::int64_t steps, double dt) const
+{
+    std::vector<Removal> found;
+    auto const& walls = config().walls;
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+        if (!(walls[w].removed_at > 0.0)) continue;  // was never there
+        double const at = (walls[w].removed_at - window.begin) / dt - 0.5;
+        if (!(at > -1.0) || !(at <= static_cast<double>(steps - 1))) continue;
+        found.push_back({static_cast<std::int64_t>(std::ceil(std::max(at, 0.0))), wall_name(w)});
+    }
+    std::ranges::sort(found, {}, &Removal::step);
+    return found;
+}
+
+//! What all partners do at this time, by tag. A partner usually answers in the order in which it was told.
+template <int D>
+void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time,
+                        typename Drive<D>::Loads& loads)
+{
+    auto const& ids = mirror_.id();
+    auto const& tags = mirror_.tags();
+    constexpr std::size_t turning = D == 2 ? 1 : 3;
+    loads.assign(tags.empty() ? 0 : static_cast<std::size_t>(tags.back()) + 1, {});
+    for (auto& sample : samples) {
+        auto const load = sample.at(time);
+        bool const as_told = std::ranges::equal(load.id, ids);
+        if (!as_told && (!find_ || found_in_ != ids)) {
+            found_in_ = ids;
+            find_.emplace(ids);
+        }
+        for (std::size_t n = 0; n < load.id.size(); ++n) {
+            auto& sum = loads[static_cast<std::size_t>(tags[as_told ? n : (*find_)(load.id[n])])];
+            for (std::size_t k = 0; k < D; ++k) sum[k] += load.force[D * n + k];
+            for (std::size_t k = 0; k < turning; ++k) sum[D + k] += load.torque[turning * n + k];
+        }
+    }
+}
+
+//! One window in equal steps; what partners do is sampled in the middle of each, or once if it stays the same.
+template <int D>
+void Run<D>::advance(sluice::Window const& window)
+{
+    std::vector<sluice::Sampled<sluice::Load>> samples;
+    for (auto const& from : self_.senders("load")) samples.push_back(self_.read<sluice::Load>(from, window));
+    std::int64_t const steps = window.steps(config().step);
+    double const dt = window.length / static_cast<double>(steps);
+    bool const vary = std::ranges::any_of(samples, &sluice::Sampled<sluice::Load>::vary);
+    auto const load = [&](std::int64_t step, typename Drive<D>::Loads& loads) {
+        take_loads(samples, window.begin + (static_cast<double>(step) + 0.5) * dt, loads);
+    };
+    auto const given = drive_->advance(steps, dt, load, vary, removals(window, steps, dt));
+    work_ += given.work;
+    now_ = window.end;
+    look();
+    tell();
+    record({window.end, window.output, window.series, [&](double interval) { return window.due(interval); }},
+           given.impulse);
+}
+
+template <int D>
+void Run<D>::operator()()
+{
+    self_.keeps([&](sluice::State& state) { keep(state); }, [&](sluice::State const& state) { go_on(state); });
+    if (self_.senders("load").empty()) self_.skipped("fluid", "no participant sends a load: it is not started", 1.0);
+    if (!self_.resumes()) {
+        if (source_.generates()) start_generated();
+        start_engine({}, {});
+        if (!source_.generates()) start_ = dem::start_of(config(), observer_->look(mirror_.grains(), 0.0, 0.0));
+        tell();
+        begin_recording(std::nullopt);
+        record({0.0, true, true, [](double) { return true; }}, {});
+    }
+    sluice::Windows windows = self_.windows();
+    if (self_.resumes()) begin_recording(self_.resumed_at());
+    for (auto const& [name, value] : dem::facts_of(config(), start_)) self_.fact(name, value);
+    for (sluice::Window const& window : windows) advance(window);
+    auto const runout = dem::run_out_of(mirror_.grains());
+    self_.fact("final run-out [m]", runout.front);
+    self_.fact("final height [m]", runout.height);
+    self_.fact("in LIGGGHTS' own steps [s]", engine_->times().own);
+    recorder_->close();
+}
+
+//! What LIGGGHTS cannot be asked for, of the scene outside of the block.
+void check_scene(sluice::Participant const& self)
+{
+    auto const& scene = self.scene();
+    sluice::require(scene.implicit.empty(), [] {
+        return sluice::Error(
+            "LIGGGHTS cannot repeat a window (needed for `implicit`: a solver that goes back to its state). Try the "
+            "serial scheme, one edge with lag: 1 and predict: linear, or solver: dem.");
+    });
+    sluice::require(!scene.restart_on_death, [] {
+        return sluice::Error("LIGGGHTS cannot go back in a run (needed: on-death: stop). `sluice resume` goes on.");
+    });
+    sluice::require(self.ranks() == 1, [] { return sluice::Error("LIGGGHTS with ranks above 1 is not supported."); });
+}
+
+void take_part(sluice::Participant& self)
+{
+    self.sends({"kinematics"});
+    self.takes({"load"});
+    auto const& gravity = self.scene().gravity;
+    int const dimension = self.scene().dimension;
+    Source const source = read_source(self.config(), dimension, {gravity[0], gravity[1], gravity[2]});
+    for (auto const& warning : source.config.warnings) self.warn(warning);
+    check_scene(self);
+    self.propose_window(steps_of_a_dry_window * source.config.step);
+    if (self.checking()) return;
+    dimension == 2 ? Run<2>(self, source)() : Run<3>(self, source)();
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    return sluice::run(argc, argv, take_part);
+}
+
+}  // namespace liggghts

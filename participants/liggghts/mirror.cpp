@@ -1,0 +1,88 @@
+#include "participants/liggghts/mirror.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace liggghts {
+namespace {
+
+constexpr auto nobody = std::numeric_limits<std::uint32_t>::max();
+
+}  // namespace
+
+template <int D>
+bool Mirror<D>::knows(Rows const& rows) const
+{
+    if (static_cast<std::size_t>(rows.count) != tags_.size()) return false;
+    return std::all_of(rows.tag, rows.tag + rows.count, [&](int tag) {
+        return static_cast<std::size_t>(tag) < index_.size() && index_[static_cast<std::size_t>(tag)] != nobody;
+    });
+}
+
+template <int D>
+void Mirror<D>::learn(Rows const& rows)
+{
+    tags_.assign(rows.tag, rows.tag + rows.count);
+    std::sort(tags_.begin(), tags_.end());
+    index_.assign(tags_.empty() ? 0 : static_cast<std::size_t>(tags_.back()) + 1, nobody);
+    id_.clear();
+    for (std::size_t k = 0; k < tags_.size(); ++k) {
+        auto const tag = static_cast<std::size_t>(tags_[k]);
+        index_[tag] = static_cast<std::uint32_t>(k);
+        id_.push_back(ids_.empty() ? tags_[k] : ids_.at(tag - 1));
+    }
+    position_.resize(D * tags_.size());
+    velocity_.resize(D * tags_.size());
+    spin_.resize((D == 2 ? 1 : 3) * tags_.size());
+    radius_.resize(tags_.size());
+    mass_.resize(tags_.size());
+}
+
+template <int D>
+void Mirror<D>::update(Rows const& rows)
+{
+    if (!knows(rows)) learn(rows);
+    for (int i = 0; i < rows.count; ++i) {
+        std::size_t const at = index_[static_cast<std::size_t>(rows.tag[i])];
+        for (std::size_t k = 0; k < D; ++k) {
+            position_[D * at + k] = rows.place[i][k];
+            velocity_[D * at + k] = rows.velocity[i][k];
+        }
+        if constexpr (D == 2)
+            spin_[at] = rows.spin[i][2];
+        else
+            for (std::size_t k = 0; k < 3; ++k) spin_[3 * at + k] = rows.spin[i][k];
+        radius_[at] = rows.radius[i];
+        mass_[at] = rows.mass[i];
+    }
+}
+
+template <int D>
+dem::Grains<D> Mirror<D>::grains() const
+{
+    dem::Grains<D> g;
+    for (std::size_t i = 0; i < tags_.size(); ++i) {
+        double const *x = &position_[D * i], *v = &velocity_[D * i];
+        dem::Motion<D> motion{};
+        dem::Vec<D> centre{};
+        if constexpr (D == 2) {
+            centre = {x[0], x[1]};
+            motion.velocity = {v[0], v[1]};
+            motion.spin = spin_[i];
+        } else {
+            centre = {x[0], x[1], x[2]};
+            motion.velocity = {v[0], v[1], v[2]};
+            motion.spin = {spin_[3 * i], spin_[3 * i + 1], spin_[3 * i + 2]};
+        }
+        g.add(centre, radius_[i], mass_[i] / dem::volume_of<D>(radius_[i]), motion);
+        g.id[i] = id_[i];
+        g.mass[i] = mass_[i];
+    }
+    return g;
+}
+
+template class Mirror<2>;
+template class Mirror<3>;
+
+}  // namespace liggghts

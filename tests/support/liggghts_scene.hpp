@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "coupler/base/scratch_directory.hpp"
+#include "coupler/record/atomic_file.hpp"
+#include "coupler/scene/reader.hpp"
+#include "participants/dem/setup.hpp"
+#include "participants/liggghts/drive.hpp"
+#include "participants/liggghts/engine.hpp"
+#include "participants/liggghts/mirror.hpp"
+#include "participants/liggghts/script.hpp"
+#include "participants/liggghts/source.hpp"
+
+//! A block of keys in the one LIGGGHTS that a process can have.
+namespace liggghts_scene {
+
+//! Its files, and LIGGGHTS itself, from the first scene on.
+struct Place
+{
+    sluice::ScratchDirectory folder{"sluice-liggghts"};
+    liggghts::Engine engine{folder.path() / "log", 0, 1};
+};
+inline Place& place()
+{
+    static Place only;
+    return only;
+}
+
+inline dem::Config read(std::string const& keys, int dimension, dem::Vec3 gravity = {})
+{
+    return dem::read_config(sluice::read_yaml(keys, "scene.yaml"), dimension, gravity);
+}
+
+template <int D>
+class Scene
+{
+ public:
+    explicit Scene(dem::Config config) : config_(std::move(config)), start_(dem::listed_grains<D>(config_))
+    {
+        auto& [folder, engine] = place();
+        std::vector<double> radius;
+        for (auto const& grain : start_.place) radius.push_back(grain.radius);
+        auto const classes = liggghts::classes_of(start_.mass, radius, liggghts::most_classes);
+        auto const data = folder.path() / "data", script = folder.path() / "in";
+        sluice::write_atomically(data, liggghts::data_of(config_, start_, classes));
+        sluice::write_atomically(script,
+                                 liggghts::script_of(config_, classes, "read_data \"" + data.string() + '"', 0.0));
+        engine.command("clear", "scene");  // what an earlier scene left
+        liggghts::run_script(engine, script, {});
+        drive_.begin();
+        mirror_ = liggghts::Mirror<D>(start_.id);
+    }
+
+    dem::Config const& config() const { return config_; }
+    liggghts::Drive<D>& drive() { return drive_; }
+    //! As they are now.
+    dem::Grains<D> grains()
+    {
+        mirror_.update(place().engine.rows());
+        return mirror_.grains();
+    }
+    //! Steps of dt [s] without loads.
+    void run(std::int64_t steps, double dt)
+    {
+        drive_.advance(
+            steps, dt, [](std::int64_t, auto& loads) { loads.clear(); }, false);
+    }
+
+ private:
+    dem::Config config_;
+    dem::Grains<D> start_;
+    liggghts::Drive<D> drive_{place().engine};
+    liggghts::Mirror<D> mirror_;
+};
+
+}  // namespace liggghts_scene
