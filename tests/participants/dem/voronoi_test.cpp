@@ -215,7 +215,7 @@ TEST_CASE("voronoi: the cells of a periodic gas fill its cell, wherever its side
     check(unit::sheared<3>(), 2000);
 }
 
-TEST_CASE("voronoi: a square lattice sheared by a part of its spacing has cells of one size; by s = 1/2 in six sides")
+TEST_CASE("voronoi: a square lattice sheared by a part of its spacing has cells of one size, by s = 1/2 in six sides")
 {
     // radii alike: cells are those of the lattice (a, 0), (s a, a), all of area a^2
     double const a = 2.1e-3;
