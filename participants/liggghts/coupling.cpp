@@ -53,8 +53,11 @@ class Run
     {
         return self_.directory() / (self_.name() + ".liggghts." + ending);
     }
+    bool first() const { return self_.rank() == 0; }  //!< of the processes that share the grains: speaks for all
+    double sum(double mine) const;
     void start_generated();
     void start_engine(std::filesystem::path const& restart, typename Drive<D>::Loads applied);
+    Mirror<D> all() const;
     void keep(sluice::State& state);
     void go_on(sluice::State const& state);
     void begin_recording(std::optional<double> resumed_at);
@@ -68,7 +71,7 @@ class Run
     sluice::Participant& self_;
     Source const& source_;
     SizeClasses classes_;
-    std::vector<std::int64_t> ids_;  //!< of the tags 1, 2, ...; empty: they are the ids
+    std::vector<std::int64_t> ids_;  //!< of the tags 1, 2, ... of all processes; empty: they are the ids
     dem::Start start_;
     std::unique_ptr<Engine> engine_;
     std::optional<Drive<D>> drive_;
@@ -81,7 +84,22 @@ class Run
     double now_ = 0.0;                    //!< s
 };
 
-//! The grains of the block as they are at t = 0, and the input script that says so.
+template <int D>
+double Run<D>::sum(double mine) const
+{
+    engine_->sum(&mine, 1);
+    return mine;
+}
+
+//! The grains of all processes, in each.
+template <int D>
+Mirror<D> Run<D>::all() const
+{
+    if (self_.ranks() == 1) return mirror_;
+    return mirror_.whole(ids_.size(), [&](double* numbers, std::size_t count) { engine_->sum(numbers, count); });
+}
+
+//! The grains of the block as they are at t = 0.
 template <int D>
 void Run<D>::start_generated()
 {
@@ -101,12 +119,14 @@ template <int D>
 void Run<D>::start_engine(std::filesystem::path const& restart, typename Drive<D>::Loads applied)
 {
     engine_ = std::make_unique<Engine>(file(restart.empty() ? "log" : "resumed.log"), self_.rank(), self_.ranks());
-    if (source_.generates()) {
+    if (first() && source_.generates()) {
+        if (restart.empty()) start_generated();
         for (auto const& said : differences(config(), classes_)) self_.warn(said);
         std::string const grains =
             restart.empty() ? "read_data \"" + file("data").string() : "read_restart \"" + restart.string();
         sluice::write_atomically(file("in"), script_of(config(), classes_, grains + '"', now_));
     }
+    engine_->share(ids_);  // and now its files are there
     run_script(*engine_, source_.generates() ? file("in") : source_.script, restart);
     drive_.emplace(*engine_);
     drive_->begin(std::move(applied), config().measures[dem::Measure::energies].wanted);
@@ -121,8 +141,8 @@ void Run<D>::keep(sluice::State& state)
 {
     auto const restart = file("restart");
     engine_->command("write_restart \"" + restart.string() + "\"", "checkpoint");
-    auto const text = sluice::read_file(restart);
-    std::filesystem::remove(restart);
+    auto const text = first() ? sluice::read_file(restart) : std::string();
+    if (first()) std::filesystem::remove(restart);
     state.put("restart", std::as_bytes(std::span(text)));
     std::vector<double> class_mass, class_radius, applied;
     for (auto const& [mass, radius] : classes_.classes) {
@@ -148,7 +168,7 @@ void Run<D>::go_on(sluice::State const& state)
     });
     auto const restart = file("restart");
     auto const bytes = state.bytes("restart");
-    sluice::write_atomically(restart, bytes);
+    if (first()) sluice::write_atomically(restart, bytes);
     auto const mass = state.numbers("classes/mass"), radius = state.numbers("classes/radius", mass.size());
     for (std::size_t c = 0; c < mass.size(); ++c) classes_.classes.push_back({mass[c], radius[c]});
     auto const ids = state.integers("ids");
@@ -162,12 +182,13 @@ void Run<D>::go_on(sluice::State const& state)
     work_ = state.number("work");
     start_ = dem::Start::kept(state);
     start_engine(restart, std::move(applied));
-    std::filesystem::remove(restart);
+    if (first()) std::filesystem::remove(restart);
 }
 
 template <int D>
 void Run<D>::begin_recording(std::optional<double> resumed_at)
 {
+    if (!first()) return;
     recorder_.emplace(sluice::RunNames{self_.directory(), self_.name(), self_.scene().hash}, config(),
                       start_.mean_diameter, resumed_at);
     if (auto const remark = recorder_->remark(); !remark.empty()) self_.warn(remark);
@@ -177,12 +198,12 @@ void Run<D>::begin_recording(std::optional<double> resumed_at)
 template <int D>
 void Run<D>::look()
 {
-    auto const before = mirror_.id().size();
     mirror_.update(engine_->rows());
-    auto const count = mirror_.id().size();
-    sluice::require(!source_.generates() || count == ids_.size(), [&] {
-        return sluice::Error("LIGGGHTS has " + std::to_string(count) + " grains, of " + std::to_string(before) +
-                                 " before this window: others have left. Try a shorter step.",
+    if (!source_.generates()) return;
+    double const count = sum(static_cast<double>(mirror_.id().size()));
+    sluice::require(count == static_cast<double>(ids_.size()), [&] {
+        return sluice::Error("LIGGGHTS has " + std::to_string(static_cast<std::size_t>(count)) + " grains of " +
+                                 std::to_string(ids_.size()) + ": others have left. Try a shorter step.",
                              sluice::Exit::numerical);
     });
 }
@@ -199,17 +220,20 @@ template <int D>
 void Run<D>::record(dem::Due const& due, dem::Vec<D> impulse)
 {
     if (!dem::is_anything_due(config().measures, due)) return;
-    auto grains = mirror_.grains();
+    Mirror<D> const mirror = all();
+    double const work = sum(work_);
+    if (!first()) return;
+    auto grains = mirror.grains();
     auto const& acting = drive_->applied();
     for (std::size_t k = 0; k < grains.size(); ++k) {
-        auto const tag = static_cast<std::size_t>(mirror_.tags()[k]);
+        auto const tag = static_cast<std::size_t>(mirror.tags()[k]);
         if (tag >= acting.size()) continue;
         auto numbers = acting[tag].begin();
         dem::each_number(grains.external[k].force, [&](double& number) { number = *numbers++; });
     }
     dem::Columns<D> columns;
     columns.update(grains);
-    recorder_->record(due, columns, {observer_->look(grains, now_, work_), impulse, start_.balance});
+    recorder_->record(due, columns, {observer_->look(grains, now_, work), impulse, start_.balance});
 }
 
 //! The walls that vanish in this window; each in the nearest step.
@@ -235,21 +259,26 @@ void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, dou
 {
     auto const& ids = mirror_.id();
     auto const& tags = mirror_.tags();
+    bool const numbered = source_.generates();  // tags are 1, 2, ...
+    auto const& known = numbered ? ids_ : ids;
     constexpr std::size_t turning = D == 2 ? 1 : 3;
-    loads.assign(tags.empty() ? 0 : static_cast<std::size_t>(tags.back()) + 1, {});
+    loads.assign(numbered ? ids_.size() + 1 : tags.empty() ? 0 : static_cast<std::size_t>(tags.back()) + 1, {});
     for (auto& sample : samples) {
         auto const load = sample.at(time);
         bool const as_told = std::ranges::equal(load.id, ids);
-        if (!as_told && (!find_ || found_in_ != ids)) {
-            found_in_ = ids;
-            find_.emplace(ids);
+        if (!as_told && (!find_ || found_in_ != known)) {
+            found_in_ = known;
+            find_.emplace(known);
         }
         for (std::size_t n = 0; n < load.id.size(); ++n) {
-            auto& sum = loads[static_cast<std::size_t>(tags[as_told ? n : (*find_)(load.id[n])])];
-            for (std::size_t k = 0; k < D; ++k) sum[k] += load.force[D * n + k];
-            for (std::size_t k = 0; k < turning; ++k) sum[D + k] += load.torque[turning * n + k];
+            std::size_t const at = as_told ? n : (*find_)(load.id[n]);
+            auto& to = loads[numbered && !as_told ? at + 1 : static_cast<std::size_t>(tags[at])];
+            for (std::size_t k = 0; k < D; ++k) to[k] += load.force[D * n + k];
+            for (std::size_t k = 0; k < turning; ++k) to[D + k] += load.torque[turning * n + k];
         }
     }
+    if (self_.ranks() > 1 && !samples.empty())  // each process was told of the grains that it had
+        engine_->sum(loads.data()->data(), loads.size() * std::tuple_size_v<Acting<D>>);
 }
 
 //! One window in equal steps; what partners do is sampled in the middle of each, or once if it stays the same.
@@ -260,7 +289,7 @@ void Run<D>::advance(sluice::Window const& window)
     for (auto const& from : self_.senders("load")) samples.push_back(self_.read<sluice::Load>(from, window));
     std::int64_t const steps = window.steps(config().step);
     double const dt = window.length / static_cast<double>(steps);
-    bool const vary = std::ranges::any_of(samples, &sluice::Sampled<sluice::Load>::vary);
+    bool const vary = sum(std::ranges::any_of(samples, &sluice::Sampled<sluice::Load>::vary) ? 1.0 : 0.0) > 0.0;
     auto const load = [&](std::int64_t step, typename Drive<D>::Loads& loads) {
         take_loads(samples, window.begin + (static_cast<double>(step) + 0.5) * dt, loads);
     };
@@ -279,7 +308,6 @@ void Run<D>::operator()()
     self_.keeps([&](sluice::State& state) { keep(state); }, [&](sluice::State const& state) { go_on(state); });
     if (self_.senders("load").empty()) self_.skipped("fluid", "no participant sends a load: it is not started", 1.0);
     if (!self_.resumes()) {
-        if (source_.generates()) start_generated();
         start_engine({}, {});
         if (!source_.generates()) start_ = dem::start_of(config(), observer_->look(mirror_.grains(), 0.0, 0.0));
         tell();
@@ -288,9 +316,11 @@ void Run<D>::operator()()
     }
     sluice::Windows windows = self_.windows();
     if (self_.resumes()) begin_recording(self_.resumed_at());
-    for (auto const& [name, value] : dem::facts_of(config(), start_)) self_.fact(name, value);
+    if (first())
+        for (auto const& [name, value] : dem::facts_of(config(), start_)) self_.fact(name, value);
     for (sluice::Window const& window : windows) advance(window);
-    auto const runout = dem::run_out_of(mirror_.grains());
+    auto const runout = dem::run_out_of(all().grains());
+    if (!first()) return;
     self_.fact("final run-out [m]", runout.front);
     self_.fact("final height [m]", runout.height);
     self_.fact("in LIGGGHTS' own steps [s]", engine_->times().own);
@@ -298,7 +328,7 @@ void Run<D>::operator()()
 }
 
 //! What LIGGGHTS cannot be asked for, of the scene outside of the block.
-void check_scene(sluice::Participant const& self)
+void check_scene(sluice::Participant const& self, Source const& source)
 {
     auto const& scene = self.scene();
     sluice::require(scene.implicit.empty(), [] {
@@ -309,7 +339,9 @@ void check_scene(sluice::Participant const& self)
     sluice::require(!scene.restart_on_death, [] {
         return sluice::Error("LIGGGHTS cannot go back in a run (needed: on-death: stop). `sluice resume` goes on.");
     });
-    sluice::require(self.ranks() == 1, [] { return sluice::Error("LIGGGHTS with ranks above 1 is not supported."); });
+    sluice::require(self.ranks() == 1 || source.generates(), [] {
+        return sluice::Error("LIGGGHTS with a script of yours shares no grains yet (needed: ranks: 1).");
+    });
 }
 
 void take_part(sluice::Participant& self)
@@ -319,8 +351,9 @@ void take_part(sluice::Participant& self)
     auto const& gravity = self.scene().gravity;
     int const dimension = self.scene().dimension;
     Source const source = read_source(self.config(), dimension, {gravity[0], gravity[1], gravity[2]});
-    for (auto const& warning : source.config.warnings) self.warn(warning);
-    check_scene(self);
+    if (self.rank() == 0)
+        for (auto const& warning : source.config.warnings) self.warn(warning);
+    check_scene(self, source);
     self.propose_window(steps_of_a_dry_window * source.config.step);
     if (self.checking()) return;
     dimension == 2 ? Run<2>(self, source)() : Run<3>(self, source)();

@@ -177,6 +177,20 @@ Rows Engine::rows() const
     return library_->rows();
 }
 
+void Engine::sum(double* numbers, std::size_t count) const
+{
+    MPI_Allreduce(MPI_IN_PLACE, numbers, static_cast<int>(count), MPI_DOUBLE, MPI_SUM, library_->processes.comm());
+}
+
+void Engine::share(std::vector<std::int64_t>& numbers) const
+{
+    MPI_Comm const comm = library_->processes.comm();
+    auto count = static_cast<std::int64_t>(numbers.size());
+    MPI_Bcast(&count, 1, MPI_INT64_T, 0, comm);
+    numbers.resize(static_cast<std::size_t>(count));
+    MPI_Bcast(numbers.data(), static_cast<int>(count), MPI_INT64_T, 0, comm);
+}
+
 Engine::Times Engine::times() const
 {
     return library_->times;

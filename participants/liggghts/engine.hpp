@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace liggghts {
 
@@ -47,6 +48,11 @@ class Engine
     void run(std::int64_t steps, double dt);
 
     Rows rows() const;
+
+    //! By all processes that share the grains: the sum over them, in each.
+    void sum(double* numbers, std::size_t count) const;
+    //! What the first of them has, in each.
+    void share(std::vector<std::int64_t>& numbers) const;
 
     //! What run() has taken so far [s].
     struct Times

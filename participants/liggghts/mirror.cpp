@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace liggghts {
@@ -21,9 +22,9 @@ bool Mirror<D>::knows(Rows const& rows) const
 }
 
 template <int D>
-void Mirror<D>::learn(Rows const& rows)
+void Mirror<D>::learn(std::vector<int> tags)
 {
-    tags_.assign(rows.tag, rows.tag + rows.count);
+    tags_ = std::move(tags);
     std::sort(tags_.begin(), tags_.end());
     index_.assign(tags_.empty() ? 0 : static_cast<std::size_t>(tags_.back()) + 1, nobody);
     id_.clear();
@@ -42,7 +43,7 @@ void Mirror<D>::learn(Rows const& rows)
 template <int D>
 void Mirror<D>::update(Rows const& rows)
 {
-    if (!knows(rows)) learn(rows);
+    if (!knows(rows)) learn({rows.tag, rows.tag + rows.count});
     for (int i = 0; i < rows.count; ++i) {
         std::size_t const at = index_[static_cast<std::size_t>(rows.tag[i])];
         for (std::size_t k = 0; k < D; ++k) {
@@ -56,6 +57,26 @@ void Mirror<D>::update(Rows const& rows)
         radius_[at] = rows.radius[i];
         mass_[at] = rows.mass[i];
     }
+}
+
+template <int D>
+Mirror<D> Mirror<D>::whole(std::size_t count, Sum const& sum) const
+{
+    std::vector<int> tags(count);
+    std::iota(tags.begin(), tags.end(), 1);
+    Mirror all(ids_);
+    all.learn(std::move(tags));
+    for (auto const column :
+         {&Mirror::position_, &Mirror::velocity_, &Mirror::spin_, &Mirror::radius_, &Mirror::mass_}) {
+        auto& to = all.*column;
+        auto const& own = this->*column;
+        std::size_t const width = to.size() / std::max<std::size_t>(count, 1);
+        std::fill(to.begin(), to.end(), 0.0);
+        for (std::size_t i = 0; i < tags_.size(); ++i)
+            std::copy_n(&own[width * i], width, &to[width * (static_cast<std::size_t>(tags_[i]) - 1)]);
+        sum(to.data(), to.size());
+    }
+    return all;
 }
 
 template <int D>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "participants/dem/state.hpp"
@@ -29,9 +30,13 @@ class Mirror
 
     dem::Grains<D> grains() const;
 
+    //! Those of all processes, of tags 1 to `count`, in each of them: `sum` adds up numbers over the processes.
+    using Sum = std::function<void(double* numbers, std::size_t count)>;
+    Mirror whole(std::size_t count, Sum const& sum) const;
+
  private:
     bool knows(Rows const& rows) const;
-    void learn(Rows const& rows);
+    void learn(std::vector<int> tags);
 
     std::vector<std::int64_t> ids_;
     std::vector<int> tags_;

@@ -97,7 +97,7 @@ TEST_CASE("C02: a sphere that settles in our fluid, by LIGGGHTS and by our DEM")
 }
 
 //! 300 discs of immersed_column.yaml in a coarser lattice, for 5.4 sqrt(H0/g). Where grains go late in a collapse hangs
-//! on rounding, so that means are compared, of runs with three steps. Marks: twice the standard error of the difference
+//! on rounding, so that means are compared, of runs with three steps. Marks: three times the standard error of the difference
 //! of two such means, by the scatter of five runs of each (steps of t_c/40 to t_c/70): of the run-out 0.034 (ours),
 //! 0.081 (LIGGGHTS), of the largest kinetic energy 0.002, 0.005, of the potential one at the end 0.005, 0.007, of what
 //! contacts took as that.
@@ -135,8 +135,8 @@ TEST_CASE("LG2: an immersed collapse, by LIGGGHTS and by our DEM" * doctest::ski
     auto const compare = [&](char const* what, double value, double reference, double mark) {
         report("LG2", what, value, reference, std::abs(value - reference), mark, watch);
     };
-    compare("(L - L0)/L0", theirs.run_out, ours.run_out, 0.10);
-    compare("largest kinetic energy / first potential", theirs.kinetic, ours.kinetic, 0.0062);
-    compare("potential energy at the end / first", theirs.potential, ours.potential, 0.010);
-    compare("taken by contacts / first potential", theirs.taken, ours.taken, 0.010);
+    compare("(L - L0)/L0", theirs.run_out, ours.run_out, 0.15);
+    compare("largest kinetic energy / first potential", theirs.kinetic, ours.kinetic, 0.0093);
+    compare("potential energy at the end / first", theirs.potential, ours.potential, 0.015);
+    compare("taken by contacts / first potential", theirs.taken, ours.taken, 0.015);
 }
