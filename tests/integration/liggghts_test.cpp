@@ -164,6 +164,9 @@ TEST_CASE("liggghts: processes that share the grains move them as one does, and 
                "output.series=0.0005", "checkpoint.windows=30"});
     c.run(configs / "immersed_column.yaml", "one", settings);
     auto const one = last_row(c.out("one") / "grains.csv");
+    c.run(configs / "immersed_column.yaml", "mpi",
+          joined(settings, {"transport=mpi"}));  // one MPI for fluid and LIGGGHTS
+    CHECK(same_bytes(c.out("mpi") / "grains.csv", c.out("one") / "grains.csv"));
     for (std::string const ranks : {"2", "3"}) {
         c.run(configs / "immersed_column.yaml", ranks, joined(settings, {"participants.grains.ranks=" + ranks}));
         auto const shared = last_row(c.out(ranks) / "grains.csv");
