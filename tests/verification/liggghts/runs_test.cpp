@@ -97,10 +97,10 @@ TEST_CASE("C02: a sphere that settles in our fluid, by LIGGGHTS and by our DEM")
 }
 
 //! 300 discs of immersed_column.yaml in a coarser lattice, for 5.4 sqrt(H0/g). Where grains go late in a collapse hangs
-//! on rounding, so that means are compared, of runs with three steps. Marks: three times the standard error of the difference
-//! of two such means, by the scatter of five runs of each (steps of t_c/40 to t_c/70): of the run-out 0.034 (ours),
-//! 0.081 (LIGGGHTS), of the largest kinetic energy 0.002, 0.005, of the potential one at the end 0.005, 0.007, of what
-//! contacts took as that.
+//! on rounding, so that means are compared, of runs with three steps. Marks: three times the standard error of the
+//! difference of two such means, by the scatter of five runs of each (steps of t_c/40 to t_c/70): of the run-out 0.034
+//! (ours), 0.081 (LIGGGHTS), of the largest kinetic energy 0.002, 0.005, of the potential one at the end 0.005, 0.007,
+//! of what contacts took as that.
 TEST_CASE("LG2: an immersed collapse, by LIGGGHTS and by our DEM" * doctest::skip())
 {
     verification::Stopwatch watch;
