@@ -39,13 +39,12 @@ TEST_CASE("launch: a participant that dies ends the run within 2 s, named with i
         std::string fault, says;
         int exit;
     };
-    Death const deaths[] = {
-        {"crash", "participant \"right\" was ended by signal 6", 3},
-        {"exit", "participant \"right\" ended with exit code 9", 3},
-        {"throw", "participant \"right\" stopped in window 300 of 1000 (t = 0.3 s), process ", 6},
-        {"vanish", "participant \"right\" ended", 3},
-        {"leave", "participant \"right\" left its loop over the windows before their end", 70},
-        {"nan", "place.place of id 1 is not finite in frame 301", 6}};
+    Death const deaths[] = {{"crash", "participant \"right\" was ended by signal 6", 3},
+                            {"exit", "participant \"right\" ended with exit code 9", 3},
+                            {"throw", "participant \"right\" stopped in window 300 of 1000 (t = 0.3 s), process ", 6},
+                            {"vanish", "participant \"right\" ended", 3},
+                            {"leave", "participant \"right\" left its loop over the windows before their end", 70},
+                            {"nan", "place.place of id 1 is not finite in frame 301", 6}};
     for (auto const transport : {"zmq", "mpi"})
         for (Death const& death : deaths) {
             CAPTURE(transport);
