@@ -9,23 +9,17 @@
 #include "coupler/base/error.hpp"
 #include "participants/mpm/setup.hpp"
 #include "participants/mpm/solver.hpp"
+#include "tests/participants/mpm/scenes.hpp"
 #include "tests/support/close_to.hpp"
 #include "tests/support/contains.hpp"
 
 namespace {
 
-//! A block of 0.4 m in cells of 0.1 m.
+//! A block of 0.4 m.
 template <int D>
 mpm::Config block()
 {
-    mpm::Config c;
-    c.dimension = D;
-    for (std::size_t k = 0; k < D; ++k) c.size[k] = 1.2;
-    c.cell = 0.1;
-    c.density = 1000;
-    c.law = mpm::LinearElastic{{1e5, 0.3}};
-    c.bodies.push_back({.low = {0.4, 0.4, 0.4}, .high = {0.8, 0.8, 0.8}});
-    return c;
+    return unit::box<D>(1.2, {0.4, 0.4, 0.4}, {0.8, 0.8, 0.8});
 }
 
 //! Beside the block by `gap`, on its upper side, and one at its right that turns.
@@ -57,14 +51,6 @@ mpm::Solver<D> with_grains(mpm::Config const& c, bool one_at_a_time, double fric
 }
 
 template <int D>
-mpm::Vec<D> momentum(mpm::State<D> const& state)
-{
-    mpm::Vec<D> sum = mpm::Vec<D>::Zero();
-    for (auto const& p : state.points) sum += p.mass * p.velocity;
-    return sum;
-}
-
-template <int D>
 void check_reaction(mpm::BasisKind basis, mpm::Scheme scheme, bool one_at_a_time)
 {
     mpm::Config c = block<D>();
@@ -88,7 +74,7 @@ void check_reaction(mpm::BasisKind basis, mpm::Scheme scheme, bool one_at_a_time
     }
     CHECK(scale > 1);
     CHECK(moment > 0.01 * scale * 0.15);
-    CHECK((momentum(solver.state()) + given).norm() < 1e-13 * scale);
+    CHECK((unit::momentum(solver.state()) + given).norm() < 1e-13 * scale);
 }
 
 }  // namespace

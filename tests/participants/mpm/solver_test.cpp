@@ -9,31 +9,19 @@
 
 #include "coupler/base/error.hpp"
 #include "participants/mpm/setup.hpp"
+#include "tests/participants/mpm/scenes.hpp"
 #include "tests/support/close_to.hpp"
 #include "tests/support/contains.hpp"
 
 namespace {
 
+//! Of pure FLIP.
 template <int D>
 mpm::Config box(double size, std::array<double, 3> low, std::array<double, 3> high)
 {
-    mpm::Config c;
-    c.dimension = D;
-    for (std::size_t k = 0; k < D; ++k) c.size[k] = size;
-    c.cell = 0.1;
+    mpm::Config c = unit::box<D>(size, low, high);
     c.flip = 1;
-    c.density = 1000;
-    c.law = mpm::LinearElastic{{1e5, 0.3}};
-    c.bodies.push_back({.low = low, .high = high});
     return c;
-}
-
-template <int D>
-mpm::Vec<D> momentum(mpm::State<D> const& state)
-{
-    mpm::Vec<D> sum = mpm::Vec<D>::Zero();
-    for (auto const& p : state.points) sum += p.mass * p.velocity;
-    return sum;
 }
 
 //! Random velocities of 0.5 m/s: a body that shakes.
@@ -68,11 +56,11 @@ void check_momentum(mpm::BasisKind basis, mpm::Scheme scheme, double flip, bool 
     c.flip = flip;
     c.affine = affine;
     auto solver = shaken<D>(c);
-    mpm::Vec<D> const before = momentum(solver.state());
+    mpm::Vec<D> const before = unit::momentum(solver.state());
     double scale = 0;
     for (auto const& p : solver.state().points) scale += p.mass * p.velocity.norm();
     for (int k = 0; k < 20; ++k) solver.step(0.1 * solver.limit());
-    CHECK((momentum(solver.state()) - before).norm() < 1e-13 * scale);
+    CHECK((unit::momentum(solver.state()) - before).norm() < 1e-13 * scale);
     CHECK(solver.energies().elastic > 0);
 }
 
@@ -204,7 +192,7 @@ TEST_CASE("solver: loads and tractions do the work that is booked")
     solver.set_loads(loads);
     double const dt = 0.2 * solver.limit();
     for (int k = 0; k < 50; ++k) solver.step(dt);
-    auto const p = momentum(solver.state());
+    auto const p = unit::momentum(solver.state());
     CHECK(p[0] == close_to(20 * 0.5 * 50 * dt).epsilon(1e-10));
     CHECK(p[1] == close_to(0.5 * 100 * 50 * dt).epsilon(1e-10));
     auto const e = solver.energies();

@@ -68,40 +68,23 @@ void check_exponent(double from, double to, double expected, double mark)
 
 }  // namespace
 
-//! Hours in all: only `./dev verify` runs them. The file asks for a radius of 15 diameters or more.
-TEST_CASE("D12: run-out of dry quarter columns of spheres, a = 0.5" * doctest::skip())
+//! Hours in all: only `./dev verify` runs it; a subcase runs by itself with build/tests/verify_dem -ns -tc="D12*"
+//! -sc="a = 3". The file asks for a radius of 15 diameters or more.
+TEST_CASE("D12: run-out of dry quarter columns of spheres" * doctest::skip())
 {
-    check_ratio(0.5, 0.62, 30);
-}
-
-TEST_CASE("D12: run-out of dry quarter columns of spheres, a = 0.93" * doctest::skip())
-{
-    check_ratio(0.93, 1.1532, 15);
-}
-
-TEST_CASE("D12: run-out of dry quarter columns of spheres, a = 1.25" * doctest::skip())
-{
-    check_ratio(1.25, 1.55, 15);
-}
-
-TEST_CASE("D12: run-out of dry quarter columns of spheres, a = 3" * doctest::skip())
-{
-    check_ratio(3, 2.7713, 15);
-}
-
-TEST_CASE("D12: run-out of dry quarter columns of spheres, a = 5" * doctest::skip())
-{
-    check_ratio(5, 3.5777, 15);
-}
-
-TEST_CASE("D12: run-out of dry quarter columns of spheres, a = 7" * doctest::skip())
-{
-    check_ratio(7, 4.2332, 15);
-}
-
-TEST_CASE("D12: exponents of the run-out of dry quarter columns of spheres" * doctest::skip())
-{
-    REQUIRE_MESSAGE(run_outs.size() == 6, "needs the cases above in the same run: ./dev verify D12");
-    check_exponent(0.5, 1.25, 1.0, 0.15);
-    check_exponent(3, 7, 0.5, 0.12);
+    struct Row
+    {
+        char const* name;
+        double aspect_ratio, lube, diameters;
+    };
+    for (Row const& row :
+         {Row{"a = 0.5", 0.5, 0.62, 30}, Row{"a = 0.93", 0.93, 1.1532, 15}, Row{"a = 1.25", 1.25, 1.55, 15},
+          Row{"a = 3", 3, 2.7713, 15}, Row{"a = 5", 5, 3.5777, 15}, Row{"a = 7", 7, 4.2332, 15}})
+        SUBCASE(row.name) check_ratio(row.aspect_ratio, row.lube, row.diameters);
+    SUBCASE("exponents")
+    {
+        REQUIRE_MESSAGE(run_outs.size() == 6, "needs the ratios in the same run: ./dev verify D12");
+        check_exponent(0.5, 1.25, 1.0, 0.15);
+        check_exponent(3, 7, 0.5, 0.12);
+    }
 }
