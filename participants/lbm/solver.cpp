@@ -63,7 +63,7 @@ Walls walls_lu(Config const& c, Relaxation const& relaxation)
     Walls walls{};
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) walls.side[s / 2][s % 2] = boundary_lu<D>(c, s);
     walls.even_rate = relaxation.shear;
-    walls.row_ends = row_ends<D>(walls, c.cells()[0]);
+    walls.row_ends = row_ends<D>(walls, c.cells());
     return walls;
 }
 

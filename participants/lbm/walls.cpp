@@ -14,28 +14,22 @@ std::size_t place_beside(Populations<D> const& p, std::size_t axis, std::ptrdiff
     return Lattice<D>::directions * static_cast<std::size_t>(cell);
 }
 
-template <int D>
-std::size_t direction_of(std::array<int, 3> const& c)
+//! Where populations are that come in: direction, and place from that of the cell.
+struct Source
 {
-    auto const& all = Lattice<D>::c;
-    return static_cast<std::size_t>(std::find(all.begin(), all.end(), c) - all.begin());
-}
+    std::size_t direction;
+    std::array<std::ptrdiff_t, 3> place;
+};
 
-double push_of(double weight, std::array<int, 3> const& c, Boundary const& side)
-{
-    return 6.0 * weight * dot(c, side.velocity);
-}
-
-//! Populations of direction q on their way into the cells of a row, from beyond the sides along some axes.
+//! Populations of direction q on their way into cells, from beyond the sides along some axes.
 template <int D>
 struct Entry
 {
-    Populations<D>& populations;
     Walls const& walls;
+    std::array<std::ptrdiff_t, 3> const& cells;  //!< of the lattice
     std::size_t q;
-    std::array<int, 3> const& c;
-    std::ptrdiff_t y, z;
     std::array<bool, 3> beyond;  //!< along which axes they come from outside
+    std::array<int, 3> const& c = Lattice<D>::c[q];
 
     Boundary const& side_across(std::size_t axis) const { return walls.side[axis][c[axis] > 0 ? 0 : 1]; }
 
@@ -54,48 +48,52 @@ struct Entry
         return found;
     }
 
-    //! Where populations are that left to where these come from, after mirrors and periodic sides.
-    double const* elsewhere() const
+    //! Of those that were thrown back at an axis(); -1: that left to where these come from, after mirrors and periodic
+    //! sides.
+    Source source(int across) const
     {
+        if (across >= 0) return {Lattice<D>::opposite[q], {-c[0], -c[1], -c[2]}};
         std::array<int, 3> mirrored = c;
-        std::array<std::ptrdiff_t, 3> const cells{populations.nx(), populations.ny(), populations.nz()};
-        std::array<std::ptrdiff_t, 3> at{0, y, z};
+        std::array<std::ptrdiff_t, 3> place{};
         for (std::size_t k = 0; k < D; ++k) {
             if (!beyond[k]) continue;
             bool const slip = side_across(k).kind == Border::slip;
             if (slip) mirrored[k] = -c[k];
-            at[k] += slip ? -c[k] : c[k] * cells[k];
+            place[k] = slip ? -c[k] : c[k] * cells[k];
         }
-        return populations.at(direction_of<D>(mirrored), at[1], at[2]) + at[0];
+        auto const& all = Lattice<D>::c;
+        return {static_cast<std::size_t>(std::find(all.begin(), all.end(), mirrored) - all.begin()), place};
     }
+    //! What a moving wall or the fastest inflow adds.
+    double push(Boundary const& side) const { return 6.0 * Lattice<D>::weight[q] * dot(c, side.velocity); }
 
     //! Over the largest one, where the link crosses the side.
-    double profile(Boundary const& side, std::ptrdiff_t x) const
+    double profile(Boundary const& side, std::array<std::ptrdiff_t, 3> const& cell) const
     {
-        std::array<std::ptrdiff_t, 3> const cell{x, y, z};
         double product = 1;
         for (std::size_t k = 0; k < D; ++k)
             if (!side.profile[k].empty()) product *= side.profile[k][static_cast<std::size_t>(2 * cell[k] + 1 - c[k])];
         return product;
     }
 
-    void come(std::ptrdiff_t begin, std::ptrdiff_t end) const
+    void come(Populations<D>& populations, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t y,
+              std::ptrdiff_t z) const
     {
         double* const in = populations.at(q, y, z);
         int const across = axis();
+        auto const [from, place] = source(across);
+        double const* const out = populations.at(from, y + place[1], z + place[2]) + place[0];
         if (across < 0) {
-            double const* const out = elsewhere();
             for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x];
             return;
         }
         auto const k = static_cast<std::size_t>(across);
         Boundary const& side = side_across(k);
-        double const* const out = populations.at(Lattice<D>::opposite[q], y - c[1], z - c[2]) - c[0];
-        double const push = push_of(Lattice<D>::weight[q], c, side);
+        double const added = push(side);
         if (side.kind == Border::wall) {
-            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + push;
+            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + added;
         } else if (side.kind == Border::inflow) {
-            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + side.share * profile(side, x) * push;
+            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + side.share * profile(side, {x, y, z}) * added;
         } else {
             for (std::ptrdiff_t x = begin; x < end; ++x)
                 in[x] = side.turned[place_beside(populations, k, x, y, z) + q] - out[x];
@@ -147,23 +145,18 @@ void enter_at_ends(Populations<D>& p, std::ptrdiff_t y, std::ptrdiff_t z, std::v
 }  // namespace
 
 template <int D>
-std::vector<RowEnd> row_ends(Walls const& walls, std::ptrdiff_t cells)
+std::vector<RowEnd> row_ends(Walls const& walls, Extent const& cells)
 {
     std::vector<RowEnd> ends;
     for (std::size_t q = 1; q < Lattice<D>::directions; ++q) {
-        std::array<int, 3> const& c = Lattice<D>::c[q];
-        if (c[0] == 0) continue;
-        Boundary const& side = walls.side[0][c[0] > 0 ? 0 : 1];
-        std::ptrdiff_t const x = c[0] > 0 ? 0 : cells - 1;
-        if (side.kind == Border::wall)
-            ends.push_back(
-                {q, Lattice<D>::opposite[q], x, x - c[0], -c[1], -c[2], push_of(Lattice<D>::weight[q], c, side)});
-        else if (side.kind == Border::periodic)
-            ends.push_back({q, q, x, x + c[0] * cells, 0, 0, 0.0});
-        else if (side.kind == Border::slip)
-            ends.push_back({q, direction_of<D>({-c[0], c[1], c[2]}), x, x - c[0], 0, 0, 0.0});
-        else
-            return {};
+        Entry<D> const entry{walls, cells, q, {true, false, false}};
+        if (entry.c[0] == 0) continue;
+        Boundary const& side = entry.side_across(0);
+        if (side.kind == Border::inflow || side.kind == Border::pressure) return {};
+        int const across = entry.axis();
+        auto const [from, place] = entry.source(across);
+        std::ptrdiff_t const x = entry.c[0] > 0 ? 0 : cells[0] - 1;
+        ends.push_back({q, from, x, x + place[0], place[1], place[2], across < 0 ? 0.0 : entry.push(side)});
     }
     return ends;
 }
@@ -171,19 +164,20 @@ std::vector<RowEnd> row_ends(Walls const& walls, std::ptrdiff_t cells)
 template <int D>
 void enter_from_outside(Populations<D>& p, std::ptrdiff_t row, Walls const& walls)
 {
-    std::ptrdiff_t const nx = p.nx(), y = p.y_of(row), z = p.z_of(row);
+    Extent const cells{p.nx(), p.ny(), p.nz()};
+    std::ptrdiff_t const nx = cells[0], y = p.y_of(row), z = p.z_of(row);
     bool const along_side = y == 0 || y == p.ny() - 1 || (D == 3 && (z == 0 || z == p.nz() - 1));
     if (!along_side && !walls.row_ends.empty()) return enter_at_ends(p, y, z, walls.row_ends);
     for (std::size_t q = 1; q < Lattice<D>::directions; ++q) {
         std::array<int, 3> const& c = Lattice<D>::c[q];
-        Entry<D> entry{p, walls, q, c, y, z, {}};
+        Entry<D> entry{walls, cells, q, {}};
         entry.beyond[1] = y - c[1] < 0 || y - c[1] >= p.ny();
         entry.beyond[2] = z - c[2] < 0 || z - c[2] >= p.nz();
         std::ptrdiff_t const begin = c[0] > 0 ? 1 : 0, end = c[0] < 0 ? nx - 1 : nx;
-        if (entry.beyond[1] || entry.beyond[2]) entry.come(begin, end);
+        if (entry.beyond[1] || entry.beyond[2]) entry.come(p, begin, end, y, z);
         entry.beyond[0] = true;
-        if (c[0] > 0) entry.come(0, 1);
-        if (c[0] < 0) entry.come(nx - 1, nx);
+        if (c[0] > 0) entry.come(p, 0, 1, y, z);
+        if (c[0] < 0) entry.come(p, nx - 1, nx, y, z);
     }
 }
 
@@ -203,8 +197,8 @@ void note_turned(Populations<D> const& p, std::ptrdiff_t row, Walls& walls)
         }
 }
 
-template std::vector<RowEnd> row_ends<2>(Walls const&, std::ptrdiff_t);
-template std::vector<RowEnd> row_ends<3>(Walls const&, std::ptrdiff_t);
+template std::vector<RowEnd> row_ends<2>(Walls const&, Extent const&);
+template std::vector<RowEnd> row_ends<3>(Walls const&, Extent const&);
 template void enter_from_outside<2>(Populations<2>&, std::ptrdiff_t, Walls const&);
 template void enter_from_outside<3>(Populations<3>&, std::ptrdiff_t, Walls const&);
 template void note_turned<2>(Populations<2> const&, std::ptrdiff_t, Walls&);

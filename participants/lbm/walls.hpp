@@ -49,9 +49,9 @@ struct Walls
     }
 };
 
-//! The ends of rows of so many cells.
+//! The ends of rows of a lattice.
 template <int D>
-std::vector<RowEnd> row_ends(Walls const& walls, std::ptrdiff_t cells);
+std::vector<RowEnd> row_ends(Walls const& walls, Extent const& cells);
 
 //! Rewrites the populations that enter a row from ghost cells, before the row collides, from the one that left into
 //! that ghost cell. A wall or an inflow throws it back half-way and adds 6 w_q rho_0 c_q.u (Ladd, J. Fluid Mech. 271

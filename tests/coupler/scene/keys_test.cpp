@@ -1,6 +1,7 @@
 // What a complete coupling layer is told: pace, hosts, regions, implicit groups, checkpoints, ledger, security.
 
 #include "tests/coupler/scene/mistakes.hpp"
+#include "tests/support/changed.hpp"
 
 using namespace sluice;
 using namespace scene_text;
@@ -41,13 +42,6 @@ LoadedScene load(std::string const& text, std::vector<std::string> const& overri
     auto loaded = load_scene(scratch.path() / "s.yaml", overrides);
     loaded.diagnostics->throw_if_any();
     return loaded;
-}
-
-std::string changed(std::string text, std::string const& from, std::string const& to)
-{
-    auto const at = text.find(from);
-    REQUIRE(at != std::string::npos);
-    return text.replace(at, from.size(), to);
 }
 
 }  // namespace
@@ -106,7 +100,8 @@ TEST_CASE("scene: what is not given has its default, and the first that waits fo
 TEST_CASE("scene: a default that is written out is no other scene")
 {
     auto const plain = load(good).scene;
-    auto const written = load(good + "checkpoint: {interval: 600, keep: 2}\nledger: {energy: {every: 199}}\non-death: stop\n").scene;
+    auto const written =
+        load(good + "checkpoint: {interval: 600, keep: 2}\nledger: {energy: {every: 199}}\non-death: stop\n").scene;
     CHECK(plain.hash == written.hash);
     CHECK(plain.hash != load(good + "on-death: restart\n").scene.hash);
 }

@@ -5,18 +5,12 @@
 
 #include "coupler/base/error.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/changed.hpp"
 #include "tests/support/close_to.hpp"
 
 using namespace unit;
 
 namespace {
-
-std::string changed(std::string const& from, std::string const& to, std::string text = scene)
-{
-    auto const at = text.find(from);
-    REQUIRE(at != std::string::npos);
-    return text.replace(at, from.size(), to);
-}
 
 dem::Config in_space(std::string const& text)
 {
@@ -60,7 +54,8 @@ TEST_CASE("config: a column with its walls, gate and defaults")
 
 TEST_CASE("config: restitution instead of the damping ratio, friction instead of the angle")
 {
-    dem::Config const c = config(changed("damping_ratio: 0.2, friction_angle: 26", "restitution: 0.8, friction: 0.3"));
+    dem::Config const c =
+        config(changed(scene, "damping_ratio: 0.2, friction_angle: 26", "restitution: 0.8, friction: 0.3"));
     CHECK(dem::restitution(c.contact.damping_ratio) == close_to(0.8));
     CHECK(c.contact.friction == 0.3);
 }
@@ -95,27 +90,28 @@ TEST_CASE("config: overlaps of listed grains are stated with their energy")
 
 TEST_CASE("config: each mistake gives one clear message")
 {
-    check_refused(changed("density: 2650", "density: -1"), "density");
-    check_refused(changed("damping_ratio: 0.2, ", ""), "give damping_ratio or restitution");
-    check_refused(changed("damping_ratio: 0.2", "damping_ratio: 0.2, restitution: 0.5"), "second damping");
-    check_refused(changed("friction_angle: 26", "friction_angle: 26, friction: 0.5"), "second friction");
-    check_refused(changed(", friction_angle: 26", ""), "give friction [-] or friction_angle");
-    check_refused(changed("min: 1.0e-3", "min: 3.0e-3"), "must be at least min");
-    check_refused(changed("min: 1.0e-3", "min: 1.0e-5"), "50 times");
-    check_refused(changed("normal: [1, 0]", "normal: [-1, 0]"), "missing: {point: [0, 0], normal: [1, 0]}");
-    check_refused(changed("normal: [1, 0]", "normal: [0, 0]"), "no length");
-    check_refused(changed("name: back", "name: gate"), "a wall named gate");
-    check_refused(changed("aspect_ratio: 0.8", "aspect_ratio: 40"), "less than 4 largest grains");
-    check_refused(changed("seed: 3", "sed: 3"), "Did you mean seed?");
+    check_refused(changed(scene, "density: 2650", "density: -1"), "density");
+    check_refused(changed(scene, "damping_ratio: 0.2, ", ""), "give damping_ratio or restitution");
+    check_refused(changed(scene, "damping_ratio: 0.2", "damping_ratio: 0.2, restitution: 0.5"), "second damping");
+    check_refused(changed(scene, "friction_angle: 26", "friction_angle: 26, friction: 0.5"), "second friction");
+    check_refused(changed(scene, ", friction_angle: 26", ""), "give friction [-] or friction_angle");
+    check_refused(changed(scene, "min: 1.0e-3", "min: 3.0e-3"), "must be at least min");
+    check_refused(changed(scene, "min: 1.0e-3", "min: 1.0e-5"), "50 times");
+    check_refused(changed(scene, "normal: [1, 0]", "normal: [-1, 0]"), "missing: {point: [0, 0], normal: [1, 0]}");
+    check_refused(changed(scene, "normal: [1, 0]", "normal: [0, 0]"), "no length");
+    check_refused(changed(scene, "name: back", "name: gate"), "a wall named gate");
+    check_refused(changed(scene, "aspect_ratio: 0.8", "aspect_ratio: 40"), "less than 4 largest grains");
+    check_refused(changed(scene, "seed: 3", "sed: 3"), "Did you mean seed?");
     check_refused(std::string(scene) + "grains:\n  - {position: [0, 1], radius: 0.001}\n", "beside column");
     CHECK_THROWS_WITH_AS(dem::read_config(sluice::read_yaml(scene, "grains.yaml"), 2, {9.81, 0.0, 0.0}),
                          doctest::Contains("gravity does not point down"), sluice::Error);
-    check_refused(changed("seed: 3", "preparation: radnom"), "Did you mean random?");
-    check_refused(changed("seed: 3", "preparation: random, packing_fraction: 0.9"), "packing_fraction = 0.9");
-    check_refused(changed("seed: 3", "preparation: random, packing_friction: 0.1"), "packing_friction is not a key");
-    check_refused(changed("seed: 3", "packing_fraction: 0.8"), "packing_fraction is not a key");
+    check_refused(changed(scene, "seed: 3", "preparation: radnom"), "Did you mean random?");
+    check_refused(changed(scene, "seed: 3", "preparation: random, packing_fraction: 0.9"), "packing_fraction = 0.9");
+    check_refused(changed(scene, "seed: 3", "preparation: random, packing_friction: 0.1"),
+                  "packing_friction is not a key");
+    check_refused(changed(scene, "seed: 3", "packing_fraction: 0.8"), "packing_fraction is not a key");
     auto const weightless = [](std::string const& column) {
-        return dem::read_config(sluice::read_yaml(changed("seed: 3", column), "grains.yaml"), 2, {});
+        return dem::read_config(sluice::read_yaml(changed(scene, "seed: 3", column), "grains.yaml"), 2, {});
     };
     CHECK_NOTHROW(weightless("preparation: regular"));
     CHECK_THROWS_WITH_AS(weightless("preparation: poured"), doctest::Contains("gravity does not point down"),
@@ -172,7 +168,7 @@ TEST_CASE("config: spheres with a law of Hertz, walls with their own matter, a c
 TEST_CASE("config: mistakes in space give one clear message each")
 {
     auto const check = [](std::string const& from, std::string const& to, std::string const& part) {
-        check_refused(changed(from, to, spheres), part, 3);
+        check_refused(changed(spheres, from, to), part, 3);
     };
     check("law: hertz", "law: hertzian", "Did you mean hertz?");
     check("youngs_modulus: 1e7, ", "", "youngs_modulus");

@@ -7,6 +7,7 @@
 #include "participants/dem/fill.hpp"
 #include "participants/dem/neighbours.hpp"
 #include "tests/participants/dem/scenes.hpp"
+#include "tests/support/changed.hpp"
 #include "tests/support/close_to.hpp"
 
 namespace {
@@ -28,13 +29,6 @@ std::string const slope =
     "walls: [{name: floor, point: [0, 0], normal: [0, 1]}]\n"
     "grains:\n"
     "  - {position: [0.01, 0.002], radius: 0.001}\n";
-
-std::string changed(std::string text, std::string const& from, std::string const& to)
-{
-    auto const at = text.find(from);
-    REQUIRE(at != std::string::npos);
-    return text.replace(at, from.size(), to);
-}
 
 dem::Config read(std::string const& text, double gravity, int dimension = 2)
 {

@@ -8,6 +8,7 @@
 
 #include "coupler/scene/reader.hpp"
 #include "participants/dem/setup.hpp"
+#include "tests/support/changed.hpp"
 #include "tests/support/close_to.hpp"
 #include "tests/support/contains.hpp"
 
@@ -23,13 +24,6 @@ std::string const spheres =
     "grains:\n"
     "  - {position: [0.02, 0.01, 0.02], radius: 0.004, velocity: [1, 2, 3], spin: [4, 5, 6]}\n"
     "  - {position: [0.04, 0.01, 0.02], radius: 0.002}\n";
-
-std::string changed(std::string text, std::string const& from, std::string const& to)
-{
-    auto const at = text.find(from);
-    REQUIRE(at != std::string::npos);
-    return text.replace(at, from.size(), to);
-}
 
 dem::Config read(std::string const& text, int dimension = 3)
 {

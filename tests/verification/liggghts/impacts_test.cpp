@@ -143,12 +143,6 @@ Errors oblique(std::span<scenes::Row const> rows, double alpha_n, double alpha_t
     return errors;
 }
 
-void report(char const* id, std::string const& metric, double value, double reference, double error, double mark,
-            verification::Stopwatch const& watch)
-{
-    CHECK(verification::report({id, metric, value, reference, error, mark, watch.seconds()}));
-}
-
 }  // namespace
 
 TEST_CASE("LG1: free fall under loads, both codes against the closed form")
@@ -171,10 +165,10 @@ TEST_CASE("LG1: free fall under loads, both codes against the closed form")
         theirs.drive().advance(
             100, dt, [&](std::int64_t, auto& now) { now = loads; }, false);
     auto const check = [&](char const* who, dem::Grains<3> const& g) {
-        report("LG1", std::string("place / path, ") + who, g.place[0].centre.z, place.z,
-               norm(g.place[0].centre - place) / norm(path), 1e-6, watch);
-        report("LG1", std::string("spin, ") + who, g.motion[0].spin.z, spin.z,
-               norm(g.motion[0].spin - spin) / norm(spin), 1e-6, watch);
+        CHECK(verification::report({"LG1", std::string("place / path, ") + who, g.place[0].centre.z, place.z,
+                                    norm(g.place[0].centre - place) / norm(path), 1e-6, watch.seconds()}));
+        CHECK(verification::report({"LG1", std::string("spin, ") + who, g.motion[0].spin.z, spin.z,
+                                    norm(g.motion[0].spin - spin) / norm(spin), 1e-6, watch.seconds()}));
     };
     check("ours", ours.grains());
     check("LIGGGHTS", theirs.grains());
@@ -191,11 +185,13 @@ TEST_CASE("D01: restitution by LIGGGHTS, beside ours")
             char text[64];
             std::snprintf(text, sizeof text, "e, %s, alpha = %.3g, ", pair ? "pair" : "wall", alpha);
             Errors const coarse = restitution(pair, alpha, e, 50.0), fine = restitution(pair, alpha, e, 1000.0);
-            report("D01", std::string(text) + "ours, t_c/50", e, e, coarse.ours, 0.003, watch);
-            report("D01", std::string(text) + "LIGGGHTS, t_c/50", coarse.value, e, coarse.theirs, 0.02,
-                   watch);  // a step of
+            CHECK(verification::report(
+                {"D01", std::string(text) + "ours, t_c/50", e, e, coarse.ours, 0.003, watch.seconds()}));
+            CHECK(verification::report({"D01", std::string(text) + "LIGGGHTS, t_c/50", coarse.value, e, coarse.theirs,
+                                        0.02, watch.seconds()}));  // a step of
             // the contact: of first order
-            report("D01", std::string(text) + "LIGGGHTS, t_c/1000", fine.value, e, fine.theirs, 0.003, watch);
+            CHECK(verification::report(
+                {"D01", std::string(text) + "LIGGGHTS, t_c/1000", fine.value, e, fine.theirs, 0.003, watch.seconds()}));
         }
 }
 
@@ -212,11 +208,11 @@ TEST_CASE("D03: oblique impacts by LIGGGHTS, beside ours")
         for (auto const& [share, mark] : {std::pair{50, 0.005}, {500, 5e-4}}) {
             Errors const e = oblique(rows, alpha_n, alpha_t, share);
             std::string const at = ", t_c/" + std::to_string(share);
-            report("D03", name + "ours" + at, e.ours, 0.0, e.ours, mark, watch);
-            report("D03", name + "LIGGGHTS" + at, e.theirs, 0.0, e.theirs, law, watch);
+            CHECK(verification::report({"D03", name + "ours" + at, e.ours, 0.0, e.ours, mark, watch.seconds()}));
+            CHECK(verification::report({"D03", name + "LIGGGHTS" + at, e.theirs, 0.0, e.theirs, law, watch.seconds()}));
             // rounding over a contact of 50 to 500 steps
-            report("D03", name + "LIGGGHTS against scheme: liggghts" + at, e.in_its_order, 0.0, e.in_its_order, 1e-12,
-                   watch);
+            CHECK(verification::report({"D03", name + "LIGGGHTS against scheme: liggghts" + at, e.in_its_order, 0.0,
+                                        e.in_its_order, 1e-12, watch.seconds()}));
         }
     }
 }
