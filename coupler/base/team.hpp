@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -22,8 +23,8 @@ class Team
     Team& operator=(Team const&) = delete;
 
     int size() const noexcept { return static_cast<int>(workers_.size()) + 1; }
-    //! Runs body on [0, count) in chunks, handed out as threads become free; returns when all are done. body must not
-    //! throw.
+    //! Runs body on [0, count) in chunks, handed out as threads become free; returns when all are done, and does not
+    //! wait for a thread that has none of them, as one may that has no core yet. body must not throw.
     void share(std::ptrdiff_t count, std::ptrdiff_t chunk, Body const& body);
 
     //! While it lives, loops follow each other closely: a thread that waits for the next one does not go to sleep,
@@ -48,10 +49,10 @@ class Team
 
     std::vector<std::thread> workers_;
     std::atomic<unsigned> round_{0};  //!< changes when there is a loop to share
-    std::atomic<int> busy_{0};        //!< workers that have not finished the round
     std::atomic<bool> stop_{false}, awake_{false};
-    std::atomic<std::ptrdiff_t> next_{0};
-    std::ptrdiff_t count_ = 0, chunk_ = 1;
+    std::atomic<std::uint64_t> next_{0};  //!< round in the upper half, chunk that is taken next in the lower one
+    std::atomic<std::ptrdiff_t> count_{0}, chunk_{1};
+    std::atomic<int> left_{0};  //!< chunks that are not done
     Body const* body_ = nullptr;
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "participants/dem/packed_losses.hpp"
+#include "participants/dem/packed_stiffness.hpp"
 
 //! The pairs of spheres four at a time. What is computed for one, and in which order it is added up, is add_pair()'s,
 //! to the last bit; that one stays the oracle (Setup::plain) and takes the contacts that begin within a step.
@@ -15,7 +16,7 @@ namespace dem {
 //! Whether pairs of these features are computed in packs.
 constexpr bool is_packed(Features const& f, int dimension)
 {
-    return dimension == 3 && f.elasticity == Elasticity::linear && f.friction;
+    return dimension == 3 && f.friction;
 }
 
 struct PackLimited
@@ -94,7 +95,7 @@ template <Features F>
     } else {
         f.arm_i = ri - all(0.5) * f.overlap, f.arm_j = rj - all(0.5) * f.overlap;
     }
-    if constexpr (F.rolling != Rolling::none) f.effective = ri * rj / reach;
+    if constexpr (F.rolling != Rolling::none || F.elasticity != Elasticity::linear) f.effective = ri * rj / reach;
     return f;
 }
 
@@ -152,7 +153,8 @@ template <Features F>
 
 template <Features F>
 inline PackVec rolling_of(ContactLaw const& law, Four const& slot, FourPlaces const& at, FourMotions const& m,
-                          Pack elastic, Pack press, Pack sqrt_mass, double dt, History<3>& history,
+                          FourStiffness<F.elasticity> const& now, [[maybe_unused]] Pack before, Pack press,
+                          Pack sqrt_mass, double dt, History<3>& history,
                           [[maybe_unused]] FourLosses<F.ledger>& lost) noexcept
 {
     Pack const friction = all(law.rolling.friction);
@@ -161,21 +163,21 @@ inline PackVec rolling_of(ContactLaw const& law, Four const& slot, FourPlaces co
         Pack const square = theirs ? m.spin : dot(m.roll, m.roll);
         Pack const rate = theirs ? root(square) * at.effective : root(square);
         PackVec const all_of_it =
-            either(square > all(0.0), (friction * (theirs ? elastic : press) / rate) * m.roll, PackVec{});
+            either(square > all(0.0), (friction * (theirs ? now.force : press) / rate) * m.roll, PackVec{});
         if constexpr (F.ledger) lost.rolling = all_of_it;
         return all_of_it;
     } else {
         PackVec const held = carried(gathered(history.rolling, slot), at.normal, m.twist);
-        double const stiffness = law.rolling.stiffness * law.tangential.stiffness;
-        PackVec const rolled = all(dt) * m.half_roll, stretched = held + all(stiffness) * rolled;
-        Pack const viscous = all(law.rolling.damping * std::sqrt(law.tangential.stiffness)) * sqrt_mass;
+        Pack const stiffness = all(law.rolling.stiffness) * now.tangential;
+        PackVec const rolled = all(dt) * m.half_roll, stretched = held + stiffness * rolled;
+        Pack const viscous = all(law.rolling.damping) * now.root_of_tangential() * sqrt_mass;
         PackLimited const free = limited(stretched, viscous * m.roll, friction * press);
         PackLimited const cut = limited(stretched, PackVec{}, friction * press);
         PackVec const force = either(free.slides, cut.force, free.force),
                       spring = either(free.slides, cut.spring, free.spring);
         if constexpr (F.ledger) {
             lost.rolling = force - spring;
-            lost.rolled = spring_loss(held, spring, stiffness, rolled);
+            lost.rolled = spring_loss(held, all(law.rolling.stiffness) * before, spring, stiffness, rolled);
         }
         scatter(spring, history.rolling, slot);
         return force;
@@ -188,14 +190,27 @@ inline FourForces forces_of(ContactLaw const& law, Four const& slot, FourPlaces 
                             [[maybe_unused]] FourLosses<F.ledger>& lost) noexcept
 {
     constexpr bool predicted = F.scheme == Scheme::predicted;
-    Pack const elastic = all(law.normal.stiffness) * at.overlap, floor = all(law.normal.floor);
-    Pack normal = elastic + all(law.normal.damping) * sqrt_mass * m.closing;
+    constexpr bool changes = predicted && F.elasticity != Elasticity::linear;  // its stiffness over the step
+    auto const now = stiffness_at<F.elasticity>(law, at.overlap, at.effective);
+    Pack const floor = all(law.normal.floor);
+    Pack normal = now.force + now.normal * sqrt_mass * m.closing;
     normal = either(normal > floor, normal, floor);
     Pack const press = either(normal < all(0.0), -normal, normal);
     PackVec const kept = gathered(history.friction, slot),
                   held = predicted ? carried(kept, at.normal, m.twist) : along(kept, at.normal);
-    PackVec const slipped = all(dt) * m.half_slip, spring = held + all(law.tangential.stiffness) * slipped;
-    PackVec const dashpot = all(law.tangential.damping) * sqrt_mass * m.slip;
+    PackVec unloaded = held;
+    Pack before = now.tangential;
+    if constexpr (changes) {
+        auto const then = stiffness_at<F.elasticity>(law, at.overlap - all(dt) * m.half_closing, at.effective);
+        before = then.tangential;
+        unloaded = either(now.tangential < before, (now.tangential / before) * held, held);
+        if constexpr (F.ledger) {
+            Pack const work = all(0.5) * (then.force + now.force) * (all(dt) * m.half_closing);
+            lost.touch = work - (now.energy(at.overlap) - then.energy(at.overlap - all(dt) * m.half_closing));
+        }
+    }
+    PackVec const slipped = all(dt) * m.half_slip, spring = unloaded + now.tangential * slipped;
+    PackVec const dashpot = now.slip * sqrt_mass * m.slip;
     PackLimited const t = limited(spring, predicted ? dashpot : PackVec{}, all(law.tangential.friction) * press);
     PackVec const friction = predicted ? t.force : either(t.slides, t.force, t.spring + dashpot);
     scatter(t.spring, history.friction, slot);
@@ -203,14 +218,14 @@ inline FourForces forces_of(ContactLaw const& law, Four const& slot, FourPlaces 
     FourForces f{normal * at.normal - friction, at.arm_i * turn, at.arm_j * turn};
     if constexpr (F.ledger) {
         PackVec const lossy = t.force - t.spring, lossy_turn = cross(at.normal, lossy);
-        lost.normal = (normal - elastic) * at.normal;
+        lost.normal = (normal - now.force) * at.normal;
         lost.tangential = all(-1.0) * lossy;
         lost.on_i = at.arm_i * lossy_turn, lost.on_j = at.arm_j * lossy_turn;
         lost.slides = t.slides;
-        lost.slid = spring_loss(held, t.spring, law.tangential.stiffness, slipped);
+        lost.slid = spring_loss(held, before, t.spring, now.tangential, slipped);
     }
     if constexpr (F.rolling != Rolling::none) {
-        PackVec const resistance = rolling_of<F>(law, slot, at, m, elastic, press, sqrt_mass, dt, history, lost);
+        PackVec const resistance = rolling_of<F>(law, slot, at, m, now, before, press, sqrt_mass, dt, history, lost);
         if constexpr (F.ledger) lost.rolling = (-at.effective) * cross(at.normal, lost.rolling);
         PackVec const rolling = at.effective * cross(at.normal, resistance);
         f.on_i = f.on_i - rolling;

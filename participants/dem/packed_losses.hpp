@@ -15,7 +15,8 @@ struct FourLosses<true>
 {
     PackVec normal, tangential, on_i, on_j, rolling;  //!< as in LossyLoad
     PackMask slides;
-    Pack slid, rolled;  //!< taken from the springs [J]
+    Pack slid, rolled;      //!< taken from the springs [J]
+    Pack touch = all(0.0);  //!< of a spring that is no straight line, over the step [J]
 };
 
 //! Books what the springs of those of four contacts lost that are marked.
@@ -24,17 +25,19 @@ inline void book(FourLosses<true> const& lost, unsigned marked, Books& books) no
 {
     for (std::size_t k = 0; k < 4; ++k) {
         if (!(marked >> k & 1U)) continue;
+        if constexpr (F.elasticity != Elasticity::linear) books.touch += lost.touch[k];
         books.sliding += lost.slid[k];
         if constexpr (F.rolling == Rolling::elastic_plastic) books.rolling += lost.rolled[k];
     }
 }
 
-//! As spring_loss() in contact.hpp, with one stiffness.
-inline Pack spring_loss(PackVec before, PackVec after, double stiffness, PackVec displacement) noexcept
+//! As spring_loss() in contact.hpp.
+inline Pack spring_loss(PackVec before, Pack stiffness_before, PackVec after, Pack stiffness,
+                        PackVec displacement) noexcept
 {
+    auto const energy = [](PackVec f, Pack k) { return either(k > all(0.0), all(0.5) * dot(f, f) / k, all(0.0)); };
     Pack const work = all(0.5) * dot(before + after, displacement);
-    auto const energy = [&](PackVec f) { return stiffness > 0.0 ? all(0.5) * dot(f, f) / all(stiffness) : all(0.0); };
-    return work - (energy(after) - energy(before));
+    return work - (energy(after, stiffness) - energy(before, stiffness_before));
 }
 
 //! The parts of one contact's load that are not elastic, as rows of 32 bytes (LossyLoad).

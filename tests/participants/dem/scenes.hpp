@@ -78,18 +78,21 @@ inline dem::Solver<2> box(bool ledger = false, double skin = 2e-4)
 
 //! Spheres that fall, turn, meet, slide and part in a box with a moving floor.
 inline dem::Solver<3> tumbling(dem::Rolling rolling, dem::Scheme scheme, bool plain, bool ledger = false,
-                               int threads = 1)
+                               int threads = 1, dem::Elasticity elasticity = dem::Elasticity::linear)
 {
     dem::ContactConfig c = rolling_contact(0.3, rolling);
+    c.elasticity = elasticity;
     c.normal_stiffness = 1e5;
     c.tangential_stiffness = 2e5 / 7.0;
+    c.youngs_modulus = 1e8;  // about as stiff, at the overlaps of these impacts
+    c.poissons_ratio = 0.25;
     dem::Setup<3> s;
     s.gravity = {1.0, 0.5, -9.81};
     s.law = dem::contact_law(c);
     s.skin = 1e-3;
     s.plain = plain;
     s.threads = threads;
-    s.features = {.friction = true, .rolling = rolling, .scheme = scheme, .ledger = ledger};
+    s.features = {.elasticity = elasticity, .friction = true, .rolling = rolling, .scheme = scheme, .ledger = ledger};
     auto const wall = [&](dem::Vec3 point, dem::Vec3 normal, dem::Vec3 velocity) {
         dem::WallMotion<3> motion;
         motion.velocity = velocity;
