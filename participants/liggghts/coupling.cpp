@@ -129,7 +129,9 @@ void Run<D>::start_engine(std::filesystem::path const& restart, typename Drive<D
     engine_->share(ids_);  // and now its files are there
     run_script(*engine_, source_.generates() ? file("in") : source_.script, restart);
     drive_.emplace(*engine_);
-    drive_->begin(std::move(applied), config().measures[dem::Measure::energies].wanted);
+    auto const& measures = config().measures;
+    drive_->begin(std::move(applied),
+                  {measures[dem::Measure::impulse].wanted, measures[dem::Measure::energies].wanted});
     mirror_ = Mirror<D>(ids_);
     mirror_.update(engine_->rows());
     observer_.emplace(source_.generates() ? dem::make_setup<D>(config()) : bare_setup(config(), mirror_.grains()));
@@ -262,7 +264,8 @@ void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, dou
     bool const numbered = source_.generates();  // tags are 1, 2, ...
     auto const& known = numbered ? ids_ : ids;
     constexpr std::size_t turning = D == 2 ? 1 : 3;
-    loads.assign(numbered ? ids_.size() + 1 : tags.empty() ? 0 : static_cast<std::size_t>(tags.back()) + 1, {});
+    std::size_t const size = numbered ? ids_.size() + 1 : tags.empty() ? 0 : static_cast<std::size_t>(tags.back()) + 1;
+    bool begun = false;
     for (auto& sample : samples) {
         auto const load = sample.at(time);
         bool const as_told = std::ranges::equal(load.id, ids);
@@ -270,13 +273,25 @@ void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, dou
             found_in_ = known;
             find_.emplace(known);
         }
-        for (std::size_t n = 0; n < load.id.size(); ++n) {
-            std::size_t const at = as_told ? n : (*find_)(load.id[n]);
-            auto& to = loads[numbered && !as_told ? at + 1 : static_cast<std::size_t>(tags[at])];
-            for (std::size_t k = 0; k < D; ++k) to[k] += load.force[D * n + k];
-            for (std::size_t k = 0; k < turning; ++k) to[D + k] += load.torque[turning * n + k];
+        auto const each = [&](auto const& put) {
+            for (std::size_t n = 0; n < load.id.size(); ++n) {
+                std::size_t const at = as_told ? n : (*find_)(load.id[n]);
+                auto& to = loads[numbered && !as_told ? at + 1 : static_cast<std::size_t>(tags[at])];
+                for (std::size_t k = 0; k < D; ++k) put(to[k], load.force[D * n + k]);
+                for (std::size_t k = 0; k < turning; ++k) put(to[D + k], load.torque[turning * n + k]);
+            }
+        };
+        bool const all = as_told && tags.size() + 1 == size;  // nothing is left to be cleared
+        if (!begun && all) {
+            loads.resize(size);
+            each([](double& to, double number) { to = number; });
+        } else {
+            if (!begun) loads.assign(size, {});
+            each([](double& to, double number) { to += number; });
         }
+        begun = true;
     }
+    if (!begun) loads.assign(size, {});
     if (self_.ranks() > 1 && !samples.empty())  // each process was told of the grains that it had
         engine_->sum(loads.data()->data(), loads.size() * std::tuple_size_v<Acting<D>>);
 }

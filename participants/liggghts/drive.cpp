@@ -50,13 +50,44 @@ Acting<D> const* of(Rows const& rows, int i, std::vector<Acting<D>> const& loads
     return tag < loads.size() ? &loads[tag] : nullptr;
 }
 
+//! The load of a row's grain, or that it has none.
+template <int D>
+Acting<D> const& of_or_none(Rows const& rows, int i, std::vector<Acting<D>> const& loads)
+{
+    static constexpr Acting<D> none{};
+    auto const* const load = of<D>(rows, i, loads);
+    return load ? *load : none;
+}
+
 }  // namespace
 
 template <int D>
-void Drive<D>::begin(Loads applied, bool work)
+void LoadsInRows<D>::set(std::size_t row, Acting<D> const& load)
+{
+    double *f = &force_[3 * row], *t = &torque_[3 * row];
+    if constexpr (D == 2) {
+        f[0] = load[0], f[1] = load[1], f[2] = 0.0;
+        t[0] = t[1] = 0.0, t[2] = load[2];
+    } else {
+        std::copy_n(&load[0], 3, f);
+        std::copy_n(&load[3], 3, t);
+    }
+}
+
+template <int D>
+void LoadsInRows<D>::add_to(Rows const& rows) const
+{
+    if (rows.count == 0) return;
+    double *f = rows.force[0], *t = rows.torque[0];  // LIGGGHTS has its rows one behind the other
+    for (std::size_t k = 0; k < force_.size(); ++k) f[k] += force_[k];
+    for (std::size_t k = 0; k < torque_.size(); ++k) t[k] += torque_[k];
+}
+
+template <int D>
+void Drive<D>::begin(Loads applied, Wanted const& wanted)
 {
     applied_ = std::move(applied);
-    wants_work_ = work;
+    wanted_ = wanted;
     engine_.couple([this](Rows const& rows) { push(rows); });
 }
 
@@ -64,13 +95,28 @@ void Drive<D>::begin(Loads applied, bool work)
 template <int D>
 void Drive<D>::push(Rows const& rows)
 {
-    if (running_ && wants_work_)
+    if (running_ && wanted_.work)
         for (int i = 0; i < rows.count; ++i)
             if (auto const* load = of<D>(rows, i, vary_ ? now_ : applied_))
                 given_.work += dt_ * power_of<D>(rows, i, *load);
     if (running_ && vary_) turn_to_next();
-    for (int i = 0; i < rows.count; ++i)
-        if (auto const* load = of<D>(rows, i, applied_)) add<D>(rows, i, *load);
+    add_applied(rows);
+}
+
+template <int D>
+void Drive<D>::add_applied(Rows const& rows)
+{
+    if (vary_) {
+        for (int i = 0; i < rows.count; ++i)
+            if (auto const* load = of<D>(rows, i, applied_)) add<D>(rows, i, *load);
+        return;
+    }
+    if (!in_rows_.are_of(rows)) {
+        in_rows_.begin(rows);
+        for (int i = 0; i < rows.count; ++i)
+            in_rows_.set(static_cast<std::size_t>(i), of_or_none<D>(rows, i, applied_));
+    }
+    in_rows_.add_to(rows);
 }
 
 //! The step in progress ends: with the mean of its load and the next one's, after the last step with its own.
@@ -87,7 +133,7 @@ void Drive<D>::turn_to_next()
     for (std::size_t n = 0; n < next_.size(); ++n)
         for (std::size_t k = 0; k < next_[n].size(); ++k) applied_[n][k] = 0.5 * (now_[n][k] + next_[n][k]);
     now_.swap(next_);
-    given_.impulse += dt_ * sum_of<D>(now_);
+    if (wanted_.impulse) given_.impulse += dt_ * sum_of<D>(now_);
 }
 
 //! The loads of the first step act at once, in its first half kick, for what acted before.
@@ -95,13 +141,13 @@ template <int D>
 void Drive<D>::exchange()
 {
     Rows const rows = engine_.rows();
-    static constexpr Acting<D> none{};
+    if (!vary_) in_rows_.begin(rows);
     for (int i = 0; i < rows.count; ++i) {
-        auto const *was = of<D>(rows, i, applied_), *is = of<D>(rows, i, now_);
-        if (!was && !is) continue;
-        Acting<D> change = is ? *is : none;
-        for (std::size_t k = 0; was && k < change.size(); ++k) change[k] -= (*was)[k];
+        auto const &was = of_or_none<D>(rows, i, applied_), &is = of_or_none<D>(rows, i, now_);
+        Acting<D> change = is;
+        for (std::size_t k = 0; k < change.size(); ++k) change[k] -= was[k];
         add<D>(rows, i, change);
+        if (!vary_) in_rows_.set(static_cast<std::size_t>(i), is);
     }
     if (vary_)
         applied_ = now_;
@@ -120,7 +166,7 @@ Given<D> Drive<D>::advance(std::int64_t steps, double dt, LoadOfStep const& load
     steps_ = steps;
     dt_ = dt;
     load(0, now_);
-    given_.impulse = (vary ? 1.0 : static_cast<double>(steps)) * dt * sum_of<D>(now_);
+    if (wanted_.impulse) given_.impulse = (vary ? 1.0 : static_cast<double>(steps)) * dt * sum_of<D>(now_);
     exchange();
     std::int64_t done = 0;
     auto const run_until = [&](std::int64_t step) {
@@ -139,6 +185,8 @@ Given<D> Drive<D>::advance(std::int64_t steps, double dt, LoadOfStep const& load
     return given_;
 }
 
+template class LoadsInRows<2>;
+template class LoadsInRows<3>;
 template class Drive<2>;
 template class Drive<3>;
 
