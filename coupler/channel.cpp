@@ -220,12 +220,20 @@ void Samples::Source::combine(std::span<Frame* const> frames, Weights const& wei
         auto const n = spans_[c].size();
         mixed_[c].resize(n);
         double* const to = mixed_[c].data();
-        for (std::size_t i = 0; i < n; ++i) to[i] = weights.at[0] * spans_[c][i];
+        double const* const newest = spans_[c].data();
+        bool begun = false;  // the first two in one pass: most samples are of two
         for (std::size_t k = 1; k < frames.size(); ++k) {
-            if (weights.at[k] == 0.0) continue;
+            double const w = weights.at[k];
+            if (w == 0.0) continue;
             double const* const from = frames[k]->columns[c].values.data();
-            for (std::size_t i = 0; i < n; ++i) to[i] += weights.at[k] * from[i];
+            if (begun)
+                for (std::size_t i = 0; i < n; ++i) to[i] += w * from[i];
+            else
+                for (std::size_t i = 0; i < n; ++i) to[i] = weights.at[0] * newest[i] + w * from[i];
+            begun = true;
         }
+        if (!begun)
+            for (std::size_t i = 0; i < n; ++i) to[i] = weights.at[0] * newest[i];
         spans_[c] = mixed_[c];
     }
 }

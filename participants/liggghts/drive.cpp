@@ -75,6 +75,16 @@ void LoadsInRows<D>::set(std::size_t row, Acting<D> const& load)
 }
 
 template <int D>
+void LoadsInRows<D>::change(Rows const& rows, std::size_t row, Acting<D> const& load)
+{
+    std::size_t const at = 3 * row;
+    double *f = rows.force[0] + at, *t = rows.torque[0] + at;
+    for (std::size_t k = 0; k < 3; ++k) f[k] -= force_[at + k], t[k] -= torque_[at + k];
+    set(row, load);
+    for (std::size_t k = 0; k < 3; ++k) f[k] += force_[at + k], t[k] += torque_[at + k];
+}
+
+template <int D>
 void LoadsInRows<D>::add_to(Rows const& rows) const
 {
     if (rows.count == 0) return;
@@ -103,20 +113,24 @@ void Drive<D>::push(Rows const& rows)
     add_applied(rows);
 }
 
+//! The loads that are applied, in the order of the rows.
+template <int D>
+void Drive<D>::follow(Rows const& rows)
+{
+    if (in_rows_.are_of(rows)) return;
+    in_rows_.begin(rows);
+    for (int i = 0; i < rows.count; ++i) in_rows_.set(static_cast<std::size_t>(i), of_or_none<D>(rows, i, applied_));
+}
+
 template <int D>
 void Drive<D>::add_applied(Rows const& rows)
 {
-    if (vary_) {
-        for (int i = 0; i < rows.count; ++i)
-            if (auto const* load = of<D>(rows, i, applied_)) add<D>(rows, i, *load);
-        return;
+    if (!vary_) {
+        follow(rows);
+        return in_rows_.add_to(rows);
     }
-    if (!in_rows_.are_of(rows)) {
-        in_rows_.begin(rows);
-        for (int i = 0; i < rows.count; ++i)
-            in_rows_.set(static_cast<std::size_t>(i), of_or_none<D>(rows, i, applied_));
-    }
-    in_rows_.add_to(rows);
+    for (int i = 0; i < rows.count; ++i)
+        if (auto const* load = of<D>(rows, i, applied_)) add<D>(rows, i, *load);
 }
 
 //! The step in progress ends: with the mean of its load and the next one's, after the last step with its own.
@@ -141,18 +155,20 @@ template <int D>
 void Drive<D>::exchange()
 {
     Rows const rows = engine_.rows();
-    if (!vary_) in_rows_.begin(rows);
+    if (!vary_) {
+        follow(rows);
+        for (int i = 0; i < rows.count; ++i)
+            in_rows_.change(rows, static_cast<std::size_t>(i), of_or_none<D>(rows, i, now_));
+        return applied_.swap(now_);
+    }
     for (int i = 0; i < rows.count; ++i) {
-        auto const &was = of_or_none<D>(rows, i, applied_), &is = of_or_none<D>(rows, i, now_);
-        Acting<D> change = is;
+        Acting<D> change = of_or_none<D>(rows, i, now_);
+        auto const& was = of_or_none<D>(rows, i, applied_);
         for (std::size_t k = 0; k < change.size(); ++k) change[k] -= was[k];
         add<D>(rows, i, change);
-        if (!vary_) in_rows_.set(static_cast<std::size_t>(i), is);
     }
-    if (vary_)
-        applied_ = now_;
-    else
-        applied_.swap(now_);
+    applied_ = now_;
+    in_rows_ = {};
 }
 
 template <int D>

@@ -55,6 +55,8 @@ class LoadsInRows
         torque_.resize(3 * tag_.size());
     }
     void set(std::size_t row, Acting<D> const& load);
+    //! As set(); the change is added to what acts on the row.
+    void change(Rows const& rows, std::size_t row, Acting<D> const& load);
     //! To what acts on those rows.
     void add_to(Rows const& rows) const;
 
@@ -88,6 +90,7 @@ class Drive
  private:
     void exchange();
     void push(Rows const& rows);
+    void follow(Rows const& rows);
     void add_applied(Rows const& rows);
     void turn_to_next();
 
