@@ -6,7 +6,6 @@
 #include <cmath>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "coupler/base/error.hpp"
 #include "participants/dem/neighbours.hpp"
@@ -93,16 +92,10 @@ constexpr std::size_t numbers_of_ghost = D == 2 ? 6 : 12;
 template <int D>
 void require_shareable(Setup<D> const& setup)
 {
-    auto const refuse_if = [](bool does, char const* what) {
-        sluice::require(!does, [&] {
-            return sluice::Error(std::string("dem: grains ") + what +
-                                 " cannot be shared out among processes (needed: ranks: 1).");
-        });
-    };
-    refuse_if(setup.sleep.any(), "that may sleep");
-    refuse_if(std::ranges::any_of(setup.walls,
-                                  [](Wall<D> const& wall) { return std::holds_alternative<Mesh<D>>(wall.shape); }),
-              "with a mesh");
+    sluice::require(!setup.sleep.any(), [] {
+        return sluice::Error(
+            "dem: grains that may sleep cannot be shared out among processes (needed: ranks: 1). Try without `sleep`.");
+    });
 }
 template void require_shareable<2>(Setup<2> const&);
 template void require_shareable<3>(Setup<3> const&);
@@ -134,7 +127,7 @@ void Domain<D>::distribute(Setup<D> const& setup, State<D>& state)
     if (peers_.rank() != 0) {
         state.pairs = {};
         state.pairs.first = {0};
-        for (auto& wall : state.walls) wall.grain.clear(), wall.history = {};
+        for (auto& wall : state.walls) forget_contacts(wall);
     }
     if (slabs_.bounds.empty() || is_uneven(state)) choose_slabs(state);  // a run that goes back keeps them
     // the lists are those that were: of where all was when they were built
@@ -261,6 +254,9 @@ void Domain<D>::ship(Setup<D> const& setup, State<D>& state)
         out[static_cast<std::size_t>(owner)].contacts.push_back(row);
         if (other != owner) out[static_cast<std::size_t>(other)].contacts.push_back(row);
     });
+    each_foot_row<D>(state, census_, [&](FootRow<D> const& row, std::uint32_t i) {
+        out[static_cast<std::size_t>(slabs_.owner(state.built[i]))].feet.push_back(row);
+    });
     std::vector<Bytes> bytes;
     for (auto const& shipment : out) bytes.push_back(shipment.to_bytes());
     Shipment<D> in;
@@ -348,6 +344,7 @@ State<D> Domain<D>::gather(Setup<D> const& setup, State<D> const& state)
     each_contact_row<D>(state, census_, [&](ContactRow<D> const& row, std::uint32_t i, std::uint32_t) {
         if (census_.owner[i] == peers_.rank()) own.contacts.push_back(row);
     });
+    each_foot_row<D>(state, census_, [&](FootRow<D> const& row, std::uint32_t) { own.feet.push_back(row); });
     std::vector<Bytes> out(static_cast<std::size_t>(peers_.count()));
     out[0] = own.to_bytes();
     Shipment<D> in;

@@ -277,6 +277,7 @@ void rebuild_wall(Wall<D> const& wall, Setup<D> const& setup, State<D> const& st
     auto const look_at_mesh = [&](Mesh<D> const& mesh) {
         std::vector<std::uint32_t> near;
         for (std::size_t i = 0; i < g.size(); ++i) {
+            if (g.is_ghost(i)) continue;
             auto const& [centre, radius] = g.place[i];
             mesh.facets->find_near(centre - contacts.shift, radius + setup.skin, near);
             for (std::uint32_t const facet : near) list(i, facet);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 #include <type_traits>
+#include <utility>
 
 namespace dem {
 namespace {
@@ -89,8 +90,20 @@ std::vector<std::uint32_t> in_order(std::vector<ContactRow<D>> const& rows, Cens
     return order;
 }
 
+//! Indices of the facets whose grains are here, ascending by grain and facet.
 template <int D>
-void remember(ContactRow<D> const& row, Features const& features, History<D>& history)
+std::vector<std::uint32_t> in_order(std::vector<FootRow<D>> const& rows, Census const& census)
+{
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t k = 0; k < rows.size(); ++k)
+        if (census.find(rows[k].grain) != census.number.size()) order.push_back(k);
+    auto const place = [&](std::uint32_t k) { return std::pair(rows[k].grain, rows[k].facet); };
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return place(a) < place(b); });
+    return order;
+}
+
+template <class Row, int D>
+void remember(Row const& row, Features const& features, History<D>& history)
 {
     if (features.friction) history.friction.push_back(row.friction);
     if (features.rolling == Rolling::elastic_plastic) history.rolling.push_back(row.rolling);
@@ -101,9 +114,10 @@ void remember(ContactRow<D> const& row, Features const& features, History<D>& hi
 template <int D>
 Bytes Shipment<D>::to_bytes() const
 {
-    Bytes bytes(3 * sizeof(std::uint64_t) + grains.size() * sizeof(GrainRow<D>) +
-                contacts.size() * sizeof(ContactRow<D>) + crossings.size() * sizeof(Crossing<D>));
-    put_rows(put_rows(put_rows(bytes.data(), grains), contacts), crossings);
+    Bytes bytes(4 * sizeof(std::uint64_t) + grains.size() * sizeof(GrainRow<D>) +
+                contacts.size() * sizeof(ContactRow<D>) + feet.size() * sizeof(FootRow<D>) +
+                crossings.size() * sizeof(Crossing<D>));
+    put_rows(put_rows(put_rows(put_rows(bytes.data(), grains), contacts), feet), crossings);
     return bytes;
 }
 
@@ -111,7 +125,7 @@ template <int D>
 void Shipment<D>::add(Bytes const& bytes)
 {
     if (bytes.empty()) return;
-    take_rows(take_rows(take_rows(bytes.data(), grains), contacts), crossings);
+    take_rows(take_rows(take_rows(take_rows(bytes.data(), grains), contacts), feet), crossings);
 }
 
 template <int D>
@@ -138,9 +152,14 @@ void assemble(Shipment<D> const& rows, Features const& features, State<D>& state
     Pairs<D>& pairs = state.pairs;
     pairs = {};
     pairs.first.assign(census.number.size() + 1, 0);
-    for (auto& wall : state.walls) {
-        wall.grain.clear();
-        wall.history = {};
+    for (auto& wall : state.walls) forget_contacts(wall);
+    for (std::uint32_t const k : in_order(rows.feet, census)) {
+        FootRow<D> const& row = rows.feet[k];
+        auto& wall = state.walls[row.wall];
+        wall.grain.push_back(census.index_of[row.grain]);
+        wall.facet.push_back(row.facet);
+        wall.foot.push_back(row.foot);
+        remember(row, features, wall.history);
     }
     for (std::uint32_t const k : in_order(rows.contacts, census)) {
         ContactRow<D> const& row = rows.contacts[k];

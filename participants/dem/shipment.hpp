@@ -22,7 +22,7 @@ struct GrainRow
     Load<D> contact, external;
 };
 
-//! A listed contact with its history.
+//! A listed contact with its history; not one with a mesh.
 template <int D>
 struct ContactRow
 {
@@ -39,11 +39,22 @@ struct ContactRow
     }
 };
 
+//! A facet of a mesh near a grain, with its history.
+template <int D>
+struct FootRow
+{
+    std::uint32_t grain = 0;  //!< its number
+    std::uint32_t wall = 0, facet = 0;
+    Foot<D> foot;
+    Tangent<D> friction = {}, rolling = {};
+};
+
 template <int D>
 struct Shipment
 {
     std::vector<GrainRow<D>> grains;
     std::vector<ContactRow<D>> contacts;
+    std::vector<FootRow<D>> feet;
     std::vector<Crossing<D>> crossings;  //!< `grain`: its number
 
     Bytes to_bytes() const;
@@ -74,19 +85,28 @@ GrainRow<D> row_of(State<D> const& state, Census const& census, std::size_t i, s
 template <int D, class Visit>
 void each_contact_row(State<D> const& state, Census const& census, Visit&& visit);
 
+//! Calls `visit(FootRow, i)` for the listed facets of meshes, near grain i.
+template <int D, class Visit>
+void each_foot_row(State<D> const& state, Census const& census, Visit&& visit);
+
 //! The state's grains, ascending by number, its lists and its crossings, from rows. Those of grains that are not here
 //! are left out. What follows from lists (derive_from_list) is not set.
 template <int D>
 void assemble(Shipment<D> const& rows, Features const& features, State<D>& state, Census& census);
 
+template <class Row, int D>
+Row with_history(Row row, History<D> const& history, std::size_t at)
+{
+    if (!history.friction.empty()) row.friction = history.friction[at];
+    if (!history.rolling.empty()) row.rolling = history.rolling[at];
+    return row;
+}
+
 template <int D, class Visit>
 void each_contact_row(State<D> const& state, Census const& census, Visit&& visit)
 {
     auto const row = [](std::uint32_t first, std::uint32_t second, History<D> const& history, std::size_t at) {
-        ContactRow<D> made{.first = first, .second = second};
-        if (!history.friction.empty()) made.friction = history.friction[at];
-        if (!history.rolling.empty()) made.rolling = history.rolling[at];
-        return made;
+        return with_history(ContactRow<D>{.first = first, .second = second}, history, at);
     };
     auto const count = static_cast<std::uint32_t>(state.grains.size());
     for (std::uint32_t i = 0; i < count; ++i)
@@ -97,11 +117,26 @@ void each_contact_row(State<D> const& state, Census const& census, Visit&& visit
             visit(pair, i, j);
         }
     for (std::size_t w = 0; w < state.walls.size(); ++w)
-        for (std::size_t k = 0; k < state.walls[w].grain.size(); ++k) {
+        for (std::size_t k = 0; k < state.walls[w].grain.size() && state.walls[w].facet.empty(); ++k) {
             std::uint32_t const i = state.walls[w].grain[k];
             visit(row(census.number[i], static_cast<std::uint32_t>(census.all + w), state.walls[w].history, k), i,
                   count);
         }
+}
+
+template <int D, class Visit>
+void each_foot_row(State<D> const& state, Census const& census, Visit&& visit)
+{
+    for (std::uint32_t w = 0; w < state.walls.size(); ++w) {
+        WallContacts<D> const& wall = state.walls[w];
+        for (std::size_t k = 0; k < wall.facet.size(); ++k)
+            visit(
+                with_history(
+                    FootRow<D>{
+                        .grain = census.number[wall.grain[k]], .wall = w, .facet = wall.facet[k], .foot = wall.foot[k]},
+                    wall.history, k),
+                wall.grain[k]);
+    }
 }
 
 }  // namespace dem

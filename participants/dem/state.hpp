@@ -180,6 +180,16 @@ struct WallContacts
     Vec<D> force;        //!< on all its grains [N]
 };
 
+//! No grain is near the wall.
+template <int D>
+void forget_contacts(WallContacts<D>& wall)
+{
+    wall.grain.clear();
+    wall.facet.clear();
+    wall.foot.clear();
+    wall.history = {};
+}
+
 //! What a wall is to the grain of one of its entries.
 template <class AnyShape, int D>
 Facing<D> facing_of(AnyShape const& shape, WallContacts<D> const& contacts, std::size_t entry, Vec<D> centre) noexcept
