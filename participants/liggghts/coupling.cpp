@@ -61,6 +61,7 @@ class Run
     void keep(sluice::State& state);
     void go_on(sluice::State const& state);
     void begin_recording(std::optional<double> resumed_at);
+    void see();
     void look();
     void tell();
     void record(dem::Due const& due, dem::Vec<D> impulse);
@@ -76,12 +77,12 @@ class Run
     std::unique_ptr<Engine> engine_;
     std::optional<Drive<D>> drive_;
     Mirror<D> mirror_;
+    std::size_t largest_tag_ = 0;  //!< of all processes
     std::optional<Observer<D>> observer_;
     std::optional<dem::Recorder<D>> recorder_;
-    std::optional<dem::Finder> find_;
-    std::vector<std::int64_t> found_in_;  //!< that find_ is of
-    double work_ = 0.0;                   //!< of their loads so far [J]
-    double now_ = 0.0;                    //!< s
+    std::optional<dem::Finder> find_;  //!< of ids_
+    double work_ = 0.0;                //!< of their loads so far [J]
+    double now_ = 0.0;                 //!< s
 };
 
 template <int D>
@@ -96,7 +97,7 @@ template <int D>
 Mirror<D> Run<D>::all() const
 {
     if (self_.ranks() == 1) return mirror_;
-    return mirror_.whole(ids_.size(), [&](double* numbers, std::size_t count) { engine_->sum(numbers, count); });
+    return mirror_.whole(largest_tag_, [&](double* numbers, std::size_t count) { engine_->sum(numbers, count); });
 }
 
 //! The grains of the block as they are at t = 0.
@@ -133,8 +134,8 @@ void Run<D>::start_engine(std::filesystem::path const& restart, typename Drive<D
     drive_->begin(std::move(applied),
                   {measures[dem::Measure::impulse].wanted, measures[dem::Measure::energies].wanted});
     mirror_ = Mirror<D>(ids_);
-    mirror_.update(engine_->rows());
-    observer_.emplace(source_.generates() ? dem::make_setup<D>(config()) : bare_setup(config(), mirror_.grains()));
+    see();
+    observer_.emplace(source_.generates() ? dem::make_setup<D>(config()) : bare_setup(config(), all().grains()));
 }
 
 //! LIGGGHTS' own restart file, and what it does not know. It goes on as one that has read the file: with new lists.
@@ -198,9 +199,18 @@ void Run<D>::begin_recording(std::optional<double> resumed_at)
 
 //! Where the grains are now.
 template <int D>
-void Run<D>::look()
+void Run<D>::see()
 {
     mirror_.update(engine_->rows());
+    std::int64_t const own = source_.generates() ? static_cast<std::int64_t>(ids_.size()) : mirror_.largest_tag();
+    largest_tag_ = static_cast<std::size_t>(self_.ranks() > 1 ? engine_->largest(own) : own);
+}
+
+//! See, and that none is missing.
+template <int D>
+void Run<D>::look()
+{
+    see();
     if (!source_.generates()) return;
     double const count = sum(static_cast<double>(mirror_.id().size()));
     sluice::require(count == static_cast<double>(ids_.size()), [&] {
@@ -261,37 +271,36 @@ void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, dou
 {
     auto const& ids = mirror_.id();
     auto const& tags = mirror_.tags();
-    bool const numbered = source_.generates();  // tags are 1, 2, ...
-    auto const& known = numbered ? ids_ : ids;
     constexpr std::size_t turning = D == 2 ? 1 : 3;
-    std::size_t const size = numbered ? ids_.size() + 1 : tags.empty() ? 0 : static_cast<std::size_t>(tags.back()) + 1;
     bool begun = false;
     for (auto& sample : samples) {
         auto const load = sample.at(time);
         bool const as_told = std::ranges::equal(load.id, ids);
-        if (!as_told && (!find_ || found_in_ != known)) {
-            found_in_ = known;
-            find_.emplace(known);
-        }
+        if (!as_told && source_.generates() && !find_) find_.emplace(ids_);
+        auto const tag_of = [&](std::size_t n) {
+            if (as_told) return static_cast<std::size_t>(tags[n]);
+            return find_ ? (*find_)(load.id[n]) + 1 : static_cast<std::size_t>(load.id[n]);  // a script's tags are ids
+        };
         auto const each = [&](auto const& put) {
             for (std::size_t n = 0; n < load.id.size(); ++n) {
-                std::size_t const at = as_told ? n : (*find_)(load.id[n]);
-                auto& to = loads[numbered && !as_told ? at + 1 : static_cast<std::size_t>(tags[at])];
+                std::size_t const tag = tag_of(n);
+                if (tag > largest_tag_) continue;  // has left since it was told of
+                auto& to = loads[tag];
                 for (std::size_t k = 0; k < D; ++k) put(to[k], load.force[D * n + k]);
                 for (std::size_t k = 0; k < turning; ++k) put(to[D + k], load.torque[turning * n + k]);
             }
         };
-        bool const all = as_told && tags.size() + 1 == size;  // nothing is left to be cleared
+        bool const all = as_told && tags.size() == largest_tag_;  // nothing is left to be cleared
         if (!begun && all) {
-            loads.resize(size);
+            loads.resize(largest_tag_ + 1);
             each([](double& to, double number) { to = number; });
         } else {
-            if (!begun) loads.assign(size, {});
+            if (!begun) loads.assign(largest_tag_ + 1, {});
             each([](double& to, double number) { to += number; });
         }
         begun = true;
     }
-    if (!begun) loads.assign(size, {});
+    if (!begun) loads.assign(largest_tag_ + 1, {});
     if (self_.ranks() > 1 && !samples.empty())  // each process was told of the grains that it had
         engine_->sum(loads.data()->data(), loads.size() * std::tuple_size_v<Acting<D>>);
 }
@@ -324,7 +333,7 @@ void Run<D>::operator()()
     if (self_.senders("load").empty()) self_.skipped("fluid", "no participant sends a load: it is not started", 1.0);
     if (!self_.resumes()) {
         start_engine({}, {});
-        if (!source_.generates()) start_ = dem::start_of(config(), observer_->look(mirror_.grains(), 0.0, 0.0));
+        if (!source_.generates()) start_ = dem::start_of(config(), observer_->look(all().grains(), 0.0, 0.0));
         tell();
         begin_recording(std::nullopt);
         record({0.0, true, true, [](double) { return true; }}, {});
@@ -343,7 +352,7 @@ void Run<D>::operator()()
 }
 
 //! What LIGGGHTS cannot be asked for, of the scene outside of the block.
-void check_scene(sluice::Participant const& self, Source const& source)
+void check_scene(sluice::Participant const& self)
 {
     auto const& scene = self.scene();
     sluice::require(scene.implicit.empty(), [] {
@@ -353,9 +362,6 @@ void check_scene(sluice::Participant const& self, Source const& source)
     });
     sluice::require(!scene.restart_on_death, [] {
         return sluice::Error("LIGGGHTS cannot go back in a run (needed: on-death: stop). `sluice resume` goes on.");
-    });
-    sluice::require(self.ranks() == 1 || source.generates(), [] {
-        return sluice::Error("LIGGGHTS with a script of yours shares no grains yet (needed: ranks: 1).");
     });
 }
 
@@ -368,7 +374,7 @@ void take_part(sluice::Participant& self)
     Source const source = read_source(self.config(), dimension, {gravity[0], gravity[1], gravity[2]});
     if (self.rank() == 0)
         for (auto const& warning : source.config.warnings) self.warn(warning);
-    check_scene(self, source);
+    check_scene(self);
     self.propose_window(steps_of_a_dry_window * source.config.step);
     if (self.checking()) return;
     dimension == 2 ? Run<2>(self, source)() : Run<3>(self, source)();

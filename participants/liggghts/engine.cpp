@@ -182,6 +182,12 @@ void Engine::sum(double* numbers, std::size_t count) const
     MPI_Allreduce(MPI_IN_PLACE, numbers, static_cast<int>(count), MPI_DOUBLE, MPI_SUM, library_->processes.comm());
 }
 
+std::int64_t Engine::largest(std::int64_t number) const
+{
+    MPI_Allreduce(MPI_IN_PLACE, &number, 1, MPI_INT64_T, MPI_MAX, library_->processes.comm());
+    return number;
+}
+
 void Engine::share(std::vector<std::int64_t>& numbers) const
 {
     MPI_Comm const comm = library_->processes.comm();

@@ -51,6 +51,8 @@ class Engine
 
     //! By all processes that share the grains: the sum over them, in each.
     void sum(double* numbers, std::size_t count) const;
+    //! The largest that one of them has, in each.
+    std::int64_t largest(std::int64_t number) const;
     //! What the first of them has, in each.
     void share(std::vector<std::int64_t>& numbers) const;
 

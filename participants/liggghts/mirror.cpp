@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 namespace liggghts {
@@ -60,21 +59,29 @@ void Mirror<D>::update(Rows const& rows)
 }
 
 template <int D>
-Mirror<D> Mirror<D>::whole(std::size_t count, Sum const& sum) const
+Mirror<D> Mirror<D>::whole(std::size_t largest, Sum const& sum) const
 {
-    std::vector<int> tags(count);
-    std::iota(tags.begin(), tags.end(), 1);
+    //! Of all tags, whether they are in use or not.
+    auto const of_all = [&](std::vector<double> const& own, std::size_t width) {
+        std::vector<double> dense(width * (largest + 1), 0.0);
+        for (std::size_t i = 0; i < tags_.size(); ++i)
+            std::copy_n(&own[width * i], width, &dense[width * static_cast<std::size_t>(tags_[i])]);
+        sum(dense.data(), dense.size());
+        return dense;
+    };
+    std::vector<double> const there = of_all(std::vector<double>(tags_.size(), 1.0), 1);
+    std::vector<int> tags;
+    for (std::size_t tag = 0; tag <= largest; ++tag)
+        if (there[tag] > 0.0) tags.push_back(static_cast<int>(tag));
     Mirror all(ids_);
     all.learn(std::move(tags));
     for (auto const column :
          {&Mirror::position_, &Mirror::velocity_, &Mirror::spin_, &Mirror::radius_, &Mirror::mass_}) {
         auto& to = all.*column;
-        auto const& own = this->*column;
-        std::size_t const width = to.size() / std::max<std::size_t>(count, 1);
-        std::fill(to.begin(), to.end(), 0.0);
-        for (std::size_t i = 0; i < tags_.size(); ++i)
-            std::copy_n(&own[width * i], width, &to[width * (static_cast<std::size_t>(tags_[i]) - 1)]);
-        sum(to.data(), to.size());
+        std::size_t const width = to.size() / std::max<std::size_t>(all.tags_.size(), 1);
+        auto const dense = of_all(this->*column, width);
+        for (std::size_t i = 0; i < all.tags_.size(); ++i)
+            std::copy_n(&dense[width * static_cast<std::size_t>(all.tags_[i])], width, &to[width * i]);
     }
     return all;
 }

@@ -30,9 +30,11 @@ class Mirror
 
     dem::Grains<D> grains() const;
 
-    //! Those of all processes, of tags 1 to `count`, in each of them: `sum` adds up numbers over the processes.
+    //! Those of all processes, in each of them: none has a tag above `largest`, `sum` adds up numbers over the
+    //! processes.
     using Sum = std::function<void(double* numbers, std::size_t count)>;
-    Mirror whole(std::size_t count, Sum const& sum) const;
+    Mirror whole(std::size_t largest, Sum const& sum) const;
+    std::int64_t largest_tag() const { return tags_.empty() ? 0 : tags_.back(); }
 
  private:
     bool knows(Rows const& rows) const;

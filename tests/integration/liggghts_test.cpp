@@ -218,8 +218,15 @@ std::string const data =
     "a sphere\n\n1 atoms\n1 atom types\n\n0 0.1 xlo xhi\n0 0.1 ylo yhi\n0 0.16 zlo zhi\n\nAtoms\n\n"
     "7 1 0.015 1120 0.05 0.05 0.1275\n";
 
+//! A second one, in the lower half of the box.
+std::string const two = [] {
+    auto text = data;
+    text.replace(text.find("1 atoms"), 1, "2");
+    return text + "12 1 0.015 1120 0.03 0.05 0.04\n";
+}();
+
 //! The scene, with that script.
-std::string scripted(Case const& c, std::string const& text)
+std::string scripted(Case const& c, std::string const& text, std::string const& spheres = data)
 {
     auto scene = shell::slurp(configs / "settling_sphere.yaml");
     auto const begin = scene.find("    solver: dem"), end = scene.find("  oil:");
@@ -229,7 +236,7 @@ std::string scripted(Case const& c, std::string const& text)
         "    solver: liggghts\n    config: {script: in.sphere, step: 6.2504326743976503e-05, measures: [centre]}\n");
     std::ofstream(c.out("scene.yaml")) << scene << "checkpoint: {windows: 20}\n";
     std::ofstream(c.out("in.sphere")) << text;
-    std::ofstream(c.out("sphere.data")) << data;
+    std::ofstream(c.out("sphere.data")) << spheres;
     return c.out("scene.yaml");
 }
 
@@ -249,6 +256,24 @@ TEST_CASE("liggghts: a script of the user's in the place of the block, with ids 
     REQUIRE(c.command("resume", c.out("resumed"), "", {}).exit == 0);
     CHECK(std::filesystem::exists(c.out("resumed") / "sphere.liggghts.resumed.log"));
     CHECK(same_bytes(c.out("script") / "sphere.csv", c.out("resumed") / "sphere.csv"));
+}
+
+TEST_CASE("liggghts: processes share the grains of a script, also where one has none, and go on")
+{
+    for (auto const* const spheres : {&data, &two}) {
+        Case c;
+        std::string const end = "time.end=0.05";
+        auto const scene = scripted(c, script, *spheres);
+        c.run(scene, "one", {end});
+        c.run(scene, "shared", {end, "participants.sphere.ranks=2"});
+        auto const one = last_row(c.out("one") / "sphere.csv"), shared = last_row(c.out("shared") / "sphere.csv");
+        CHECK(one.at("centre_z [m]") < (spheres == &data ? 0.127 : 0.0837));  // they have moved
+        for (std::string const column : {"centre_x [m]", "centre_y [m]", "centre_z [m]"})
+            CHECK(std::abs(shared.at(column) - one.at(column)) < 1e-12 * one.at(column));  // rounding
+        std::filesystem::copy(c.out("shared"), c.out("resumed"), std::filesystem::copy_options::recursive);
+        REQUIRE(c.command("resume", c.out("resumed"), "", {}).exit == 0);
+        CHECK(same_bytes(c.out("shared") / "sphere.csv", c.out("resumed") / "sphere.csv"));
+    }
 }
 
 TEST_CASE("liggghts: a mistake in a script, and one while it computes, end the run with one message")
