@@ -17,28 +17,15 @@ namespace dem {
 namespace {
 
 template <Features F, int D>
-void add_pair_forces(Setup<D> const& setup, State<D>& state, double dt, [[maybe_unused]] sluice::Team* team) noexcept
+void add_pair_forces(Setup<D> const& setup, State<D>& state, double dt, sluice::Team* team) noexcept
 {
     if constexpr (is_packed(F, D)) {
         if (!setup.plain)
-            return team ? add_shared_pair_forces<F>(setup, state, dt, *team)
+            return team ? add_shared_pair_forces<F, true>(setup, state, dt, *team)
                         : add_packed_pair_forces<F>(setup, state, dt);
     }
-    ContactLaw const law = setup.law;
-    Sink<D> const sink{state, state.pushes, state.seams};
-    std::size_t const grains = state.grains.size();
-    Books all;
-    for (std::size_t begin = 0; begin < grains; begin += grains_booked) {
-        Books books;
-        [[maybe_unused]] Books theirs;  // of pairs whose first grain is another process's, which books them
-        for (std::size_t i = begin; i < std::min(grains, begin + grains_booked); ++i) {
-            Books& to = F.ledger && state.grains.is_ghost(i) ? theirs : books;
-            for (std::uint32_t slot = state.pairs.first[i]; slot < state.pairs.first[i + 1]; ++slot)
-                add_pair<F>(law, sink, i, slot, dt, to);
-        }
-        all.add(books);
-    }
-    if constexpr (F.ledger) all.add_to(state.booked);
+    return team ? add_shared_pair_forces<F, false>(setup, state, dt, *team)
+                : add_plain_pair_forces<F>(setup, state, dt);
 }
 
 template <Features F, int D, class AnyShape>
