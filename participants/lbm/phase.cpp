@@ -214,10 +214,7 @@ void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff
         if (fraction <= 0) weight = 1, input.open[x] = 1;
         double const room = std::max(0.0, full_weight - weight * fraction), own = std::min(c.weight, room) / weight;
         fraction += own;
-        for (std::size_t k = 0; k < D; ++k) {
-            input.momentum[k][x] += own * c.velocity[k];
-            given_[k][index] = c.velocity[k];
-        }
+        for (std::size_t k = 0; k < D; ++k) input.momentum[k][x] += own * c.velocity[k];
         own_[index] = own;
     }
 }
@@ -228,9 +225,9 @@ void Phase<D>::take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
         auto const index = static_cast<std::size_t>(row * cells_[0] + x);
         if (solid_[index] <= 0) continue;
-        for (std::size_t k = 0; k < D; ++k)
-            given_[k][index] =
-                own_[index] * (solid.force[k][x] - solid.force_rate[x] * given_[k][index]) / solid_[index];
+        double const share = own_[index] / solid_[index];
+        for (std::size_t k = 0; k < D; ++k) given_[k][index] = share * solid.force[k][x];
+        own_[index] = share * solid.force_rate[x];
     }
 }
 
@@ -240,13 +237,16 @@ void Phase<D>::gather(sluice::Team& team)
     team.share(static_cast<std::ptrdiff_t>(points_.size()), 256, [&](std::ptrdiff_t from, std::ptrdiff_t to) {
         for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
             Point& p = points_[i];
-            Vector got{};
+            Vector pull{};
+            double rate = 0;
             each_cell(i, [&](std::size_t cell, double share) {
-                for (std::size_t k = 0; k < D; ++k) got[k] += share * given_[k][cell];
+                rate += share * own_[cell];
+                for (std::size_t k = 0; k < D; ++k) pull[k] += share * given_[k][cell];
             });
             for (std::size_t k = 0; k < D; ++k) {
-                p.impulse[k] += p.volume * got[k];
-                p.velocity[k] += p.other[k] + got[k] / excess_;
+                double const own = p.velocity[k] + p.other[k], got = pull[k] - rate * own;
+                p.impulse[k] += p.volume * got;
+                p.velocity[k] = own + got / excess_;
             }
         }
     });

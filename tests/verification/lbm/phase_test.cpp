@@ -118,7 +118,7 @@ TEST_CASE("P02: hindered settling in a closed box: velocity by the law; exponent
         make_periodic(c, true, false);
         lbm::Solver<2> solver(c);
         Bed bed(4, 4, 20, solid);
-        for (int k = 0; k < 12000; ++k) {
+        for (int k = 0; k < 6000; ++k) {
             solver.set_phase(bed.view(), 1);
             solver.step();
             auto const force = solver.phase_force();
