@@ -194,6 +194,7 @@ void read_phase(sluice::Reader& r, Config& c, bool sent)
     phase.law = laws[block->choice("drag", {"ergun", "carman_kozeny", "di_felice"})];
     phase.diameter = block->number("diameter", {.above = 0.0, .unit = "m"});
     phase.solid_density = block->number("solid_density", {.above = c.density, .unit = "kg/m3"});
+    phase.matter = block->choice_or("points", 0, {"matter", "grains"}) == 0;
     phase.spread = static_cast<int>(block->integer_or("spread", phase.spread, {.min = 1, .max = 8}));
     block->finish();
     if (!sent) r.problem("phase", "stands here, but nobody sends one (needs an edge with data: phase to this fluid).");

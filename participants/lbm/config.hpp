@@ -88,6 +88,7 @@ struct PhaseConfig
     double diameter = 0;       //!< of their grains [m]
     double solid_density = 0;  //!< of a grain [kg/m3]
     int spread = 1;            //!< half width of the hat functions that spread a point [cells]
+    bool matter = true;        //!< a point is a piece of a continuum; false: grains, each with a drag of its own
 };
 
 //! A uniform acceleration that swings, amplitude cos(2 pi frequency t).

@@ -38,6 +38,7 @@ Phase<D>::Phase(Config const& c)
     : law_{c.phase->law, c.phase->diameter / c.cell, c.viscosity / c.units().viscosity_unit()},
       excess_(c.phase->solid_density / c.density - 1),
       width_(c.phase->spread),
+      matter_(c.phase->matter),
       unit_(c.units()),
       origin_(c.origin),
       cells_(c.cells()),
@@ -225,9 +226,12 @@ void Phase<D>::take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
         auto const index = static_cast<std::size_t>(row * cells_[0] + x);
         if (solid_[index] <= 0) continue;
-        double const share = own_[index] / solid_[index];
-        for (std::size_t k = 0; k < D; ++k) given_[k][index] = share * solid.force[k][x];
-        own_[index] = share * solid.force_rate[x];
+        double const share = own_[index] / solid_[index], rate = share * solid.force_rate[x];
+        for (std::size_t k = 0; k < D; ++k) {
+            double const mean = matter_ ? rate * given_[k][index] / solid_[index] : 0.0;
+            given_[k][index] = share * solid.force[k][x] - mean;
+        }
+        own_[index] = matter_ ? 0.0 : rate;
     }
 }
 

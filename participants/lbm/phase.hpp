@@ -36,9 +36,9 @@ struct SolidRowInput
 //!     E = r ((j - E/2)/rho - (b + E/M))     hence     E = 2 B (j - rho b),   2 B = r/(1 + r/2 + r/M)
 //! In a steady flow that is r times the flux that the lattice has, exactly, for any r; the solid's own answer is
 //! implicit, so that neither a bed of low permeability nor dust that follows the fluid at once needs a shorter step.
-//! Each point in the cell is given 2 B (j - rho b) of its own b by its share of the solid volume: their sum is E. b is
-//! the velocity that a point would have without E, were all other forces on it those of the last window; in the cell it
-//! is their mean.
+//! b is the velocity that a point would have without E, were all other forces on it those of the last window; in the
+//! cell it is their mean. The points in a cell get E by their solid volume (matter), or each its share of 2 B (j - rho
+//! b) with its own b (grains): the sum is E.
 //!
 //! A point is spread by hat functions of `spread` cells, folded back at walls: their sum is 1.
 template <int D>
@@ -102,6 +102,7 @@ class Phase
     DragLaw law_;
     double excess_;  //!< density of the solid over the fluid's, less 1 [-]
     int width_;      //!< cells
+    bool matter_;    //!< points are pieces of a continuum
     LatticeUnits unit_;
     std::array<double, 3> origin_;
     Extent cells_;
@@ -112,9 +113,9 @@ class Phase
     //! Of the hat functions around a point, [point][axis][2 width]: the cell, and the share.
     std::vector<std::int32_t> at_;
     std::vector<double> share_;
-    std::vector<double> solid_;                 //!< fraction of each cell [-]
-    std::vector<double> own_;                   //!< B over the weight of the row's solids; then 2 B rho over solid
-    std::array<std::vector<double>, D> given_;  //!< to each cell: solid volume times b; then 2 B j over solid
+    std::vector<double> solid_;  //!< fraction of each cell [-]
+    std::vector<double> own_;    //!< B over the weight of the row's solids; then 2 B rho over solid, or 0 (matter)
+    std::array<std::vector<double>, D> given_;  //!< to each cell: solid volume times b; then 2 B j, or E, over solid
     std::vector<char> row_blocks_, any_;        //!< with solid: blocks, shape [row][block]; rows
     std::ptrdiff_t blocks_;                     //!< in a row
     std::vector<double> force_;
