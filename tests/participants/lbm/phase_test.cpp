@@ -115,7 +115,12 @@ TEST_CASE_TEMPLATE("phase: what the fluid loses the points get, in a box with pe
                    std::integral_constant<int, 2>, std::integral_constant<int, 3>)
 {
     constexpr int D = Plane::value;
-    auto const c = with_phase<D>(true);
+    auto c = with_phase<D>(true);
+    SUBCASE("points of a continuum") {}
+    SUBCASE("grains")
+    {
+        c.phase->matter = false;
+    }
     lbm::Solver<D> solver(c);
     solver.set_state([](std::array<double, D> const& at) {
         return lbm::PointState<D>{.velocity = {0.02 * std::sin(at[1]), 0.01}, .pressure = 0, .gradient = {}};
@@ -131,6 +136,25 @@ TEST_CASE_TEMPLATE("phase: what the fluid loses the points get, in a box with pe
         CHECK(size > 1e-3);
         for (std::size_t i = 0; i < D; ++i) CHECK(std::abs(after[i] - before[i] + got[i]) < 1e-11 * (1 + size));
         cloud.move(solver.phase_force());
+    }
+}
+
+TEST_CASE("phase: points of a continuum in one place move alike, grains by their own velocity")
+{
+    auto c = with_phase<2>(true);
+    for (bool const matter : {true, false}) {
+        c.phase->matter = matter;
+        lbm::Solver<2> solver(c);
+        std::vector<std::int64_t> const id = {0, 1};
+        std::vector<double> const position = {5, 5, 5, 5}, velocity = {0.01, 0, -0.01, 0}, volume = {0.3, 0.3};
+        solver.set_phase({id, position, velocity, volume}, 1);
+        solver.step();
+        auto const force = solver.phase_force();
+        if (matter)
+            CHECK(std::abs(force[0] - force[2]) < 1e-17);  // their mean is that of the fluid
+        else
+            CHECK(force[0] - force[2] < -1e-4);
+        CHECK(std::abs(force[0] + force[2]) < 1e-15);
     }
 }
 
@@ -153,7 +177,12 @@ TEST_CASE("phase: a point is spread whole, beside walls too, and what is far out
 
 TEST_CASE("phase: fluid and bed that move together feel nothing of each other")
 {
-    auto const c = with_phase<2>(true, lbm::Drag::ergun);
+    auto c = with_phase<2>(true, lbm::Drag::ergun);
+    SUBCASE("points of a continuum") {}
+    SUBCASE("grains")
+    {
+        c.phase->matter = false;
+    }
     lbm::Solver<2> solver(c);
     std::array<double, 2> const drift = {0.03, -0.02};
     solver.set_state([&](std::array<double, 2> const&) {
