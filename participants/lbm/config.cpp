@@ -193,8 +193,8 @@ void read_phase(sluice::Reader& r, Config& c, bool sent)
     constexpr Drag laws[] = {Drag::ergun, Drag::carman_kozeny, Drag::di_felice};
     phase.law = laws[block->choice("drag", {"ergun", "carman_kozeny", "di_felice"})];
     phase.diameter = block->number("diameter", {.above = 0.0, .unit = "m"});
-    phase.solid_density = block->number("solid_density", {.above = c.density, .unit = "kg/m3"});
     phase.matter = block->choice_or("points", 0, {"matter", "grains"}) == 0;
+    phase.solid_density = block->number("solid_density", {.above = phase.matter ? c.density : 0.0, .unit = "kg/m3"});
     phase.spread = static_cast<int>(block->integer_or("spread", phase.spread, {.min = 1, .max = 8}));
     block->finish();
     if (!sent) r.problem("phase", "stands here, but nobody sends one (needs an edge with data: phase to this fluid).");
@@ -301,11 +301,13 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
 void find_phase_issues(Config const& c, std::vector<Issue>& issues)
 {
     if (!c.phase) return;
-    if (!(c.phase->diameter > 0) || !(c.phase->solid_density > c.density))
-        issues.push_back({"phase",
-                          format("grains of %g m and %g kg/m3 (must be > 0, and heavier than the fluid, %g kg/m3).",
-                                 c.phase->diameter, c.phase->solid_density, c.density),
-                          true});
+    if (!(c.phase->diameter > 0) || !(c.phase->solid_density > (c.phase->matter ? c.density : 0)))
+        issues.push_back(
+            {"phase",
+             format("grains of %g m and %g kg/m3 (must be > 0; a continuum of them heavier than the fluid, "
+                    "%g kg/m3).",
+                    c.phase->diameter, c.phase->solid_density, c.density),
+             true});
     auto const cells = c.cells();
     for (std::size_t k = 0; k < c.axes(); ++k)
         if (c.phase->spread > cells[k])

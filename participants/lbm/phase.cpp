@@ -16,9 +16,9 @@ using sluice::Exit;
 using sluice::require;
 
 //! B of solids of fraction `solid` that are driven past at the speed `drive`, before any drag.
-double weight_of(DragLaw const& law, double excess, double solid, double drive) noexcept
+double weight_of(DragLaw const& law, double inertia, double solid, double drive) noexcept
 {
-    double const half = 0.5 + 1 / (excess * solid);
+    double const half = 0.5 + 1 / (inertia * solid);
     double const r = law.resistance_after(solid, drive, half);
     return 0.5 * r / (1 + half * r);
 }
@@ -36,7 +36,7 @@ std::ptrdiff_t folded(std::ptrdiff_t cell, std::ptrdiff_t cells, bool periodic) 
 template <int D>
 Phase<D>::Phase(Config const& c)
     : law_{c.phase->law, c.phase->diameter / c.cell, c.viscosity / c.units().viscosity_unit()},
-      excess_(c.phase->solid_density / c.density - 1),
+      inertia_(c.phase->solid_density / c.density - (c.phase->matter ? 1 : 0)),
       width_(c.phase->spread),
       matter_(c.phase->matter),
       unit_(c.units()),
@@ -187,7 +187,7 @@ typename Phase<D>::Cell Phase<D>::cell(std::size_t index, std::array<double, 3> 
         double const drive = j[k] / rho - cell.velocity[k];
         square += drive * drive;
     }
-    cell.weight = weight_of(law_, excess_, cell.solid, std::sqrt(square));
+    cell.weight = weight_of(law_, inertia_, cell.solid, std::sqrt(square));
     return cell;
 }
 
@@ -250,7 +250,7 @@ void Phase<D>::gather(sluice::Team& team)
             for (std::size_t k = 0; k < D; ++k) {
                 double const own = p.velocity[k] + p.other[k], got = pull[k] - rate * own;
                 p.impulse[k] += p.volume * got;
-                p.velocity[k] = own + got / excess_;
+                p.velocity[k] = own + got / inertia_;
             }
         }
     });

@@ -29,10 +29,10 @@ struct SolidRowInput
 
 //! Solids that are finer than a cell: they hinder the fluid by a law of drag (README.md, Solids that are not resolved).
 //! The lattice carries the flux of both, j = rho_0 (n u + (1 - n) v): that is free of sources when the solid moves, and
-//! what the solid's partner moves is its mass less that of the fluid displaced.
+//! what a partner moves is the mass of a continuum's solid less that of the fluid displaced. Grains have all of theirs.
 //!
-//! In a step a cell gives up the momentum E (j: after half of the body force, b: velocity of the solid before E, M: its
-//! mass less the fluid's, in the cell; r: resistance):
+//! In a step a cell gives up the momentum E (j: after half of the body force, b: velocity of the solid before E, M: the
+//! mass that its partner moves, in the cell; r: resistance):
 //!     E = r ((j - E/2)/rho - (b + E/M))     hence     E = 2 B (j - rho b),   2 B = r/(1 + r/2 + r/M)
 //! In a steady flow that is r times the flux that the lattice has, exactly, for any r; the solid's own answer is
 //! implicit, so that neither a bed of low permeability nor dust that follows the fluid at once needs a shorter step.
@@ -97,12 +97,12 @@ class Phase
     void each_cell(std::size_t point, Each&& each) const;
     void lay_out();
     void require_usable(Point const& point, std::int64_t id) const;
-    double mass_of(double volume) const { return volume * excess_; }
+    double mass_of(double volume) const { return volume * inertia_; }
 
     DragLaw law_;
-    double excess_;  //!< density of the solid over the fluid's, less 1 [-]
-    int width_;      //!< cells
-    bool matter_;    //!< points are pieces of a continuum
+    double inertia_;  //!< density that the partner moves: of the solid over the fluid's; of a continuum less 1 [-]
+    int width_;       //!< cells
+    bool matter_;     //!< points are pieces of a continuum
     LatticeUnits unit_;
     std::array<double, 3> origin_;
     Extent cells_;

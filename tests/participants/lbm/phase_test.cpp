@@ -49,11 +49,11 @@ struct Cloud
         }
     }
     lbm::PhaseView view() const { return {id, position, velocity, volume}; }
-    //! By its force, the mass of each point less the fluid's.
-    void move(std::span<double const> force, double excess = 1.65)
+    //! By its force; a continuum's mass less the fluid's, 2.65 - 1.
+    void move(std::span<double const> force, double inertia = 1.65)
     {
         for (std::size_t i = 0; i < position.size(); ++i) {
-            velocity[i] += force[i] / (excess * volume[i / D]);
+            velocity[i] += force[i] / (inertia * volume[i / D]);
             position[i] += velocity[i];
         }
     }
@@ -135,7 +135,7 @@ TEST_CASE_TEMPLATE("phase: what the fluid loses the points get, in a box with pe
         for (double const force : solver.phase_force()) size += std::abs(force);
         CHECK(size > 1e-3);
         for (std::size_t i = 0; i < D; ++i) CHECK(std::abs(after[i] - before[i] + got[i]) < 1e-11 * (1 + size));
-        cloud.move(solver.phase_force());
+        cloud.move(solver.phase_force(), c.phase->matter ? 1.65 : 2.65);
     }
 }
 
@@ -193,7 +193,7 @@ TEST_CASE("phase: fluid and bed that move together feel nothing of each other")
     for (int k = 0; k < 100; ++k) {
         solver.set_phase(cloud.view(), 1);
         solver.step();
-        cloud.move(solver.phase_force());
+        cloud.move(solver.phase_force(), c.phase->matter ? 1.65 : 2.65);
     }
     for (std::size_t i = 0; i < cloud.velocity.size(); ++i) CHECK(std::abs(cloud.velocity[i] - drift[i % 2]) < 1e-13);
     auto const f = solver.fields();

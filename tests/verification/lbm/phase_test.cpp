@@ -9,13 +9,13 @@ using namespace lattice_case;
 
 namespace {
 
-constexpr double excess = 1.65;  // of the solid's density over the fluid's, less 1
+constexpr double inertia = 1.65;  // density that the partner moves, over the fluid's
 
 lbm::Config with_phase(std::ptrdiff_t nx, std::ptrdiff_t ny, double tau, lbm::Drag law, double diameter)
 {
     lbm::Config c = config(nx, ny, tau);
     c.collision = lbm::Operator::trt;
-    c.phase = lbm::PhaseConfig{.law = law, .diameter = diameter, .solid_density = 1 + excess, .matter = false};
+    c.phase = lbm::PhaseConfig{.law = law, .diameter = diameter, .solid_density = inertia, .matter = false};
     return c;
 }
 
@@ -123,13 +123,13 @@ TEST_CASE("P02: hindered settling in a closed box: velocity by the law; exponent
             solver.step();
             auto const force = solver.phase_force();
             for (std::size_t i = 0; i < bed.velocity.size(); ++i) {
-                bed.velocity[i] += force[i] / (excess * bed.volume[i / 2]) - (i % 2 == 1 ? gravity : 0);
+                bed.velocity[i] += force[i] / (inertia * bed.volume[i / 2]) - (i % 2 == 1 ? gravity : 0);
                 bed.position[i] += bed.velocity[i];
             }
         }
         double const v = -bed.velocity[2 * (bed.id.size() / 2) + 1];
         lbm::DragLaw const law{lbm::Drag::di_felice, d, c.viscosity};
-        double const weight = solid * excess * gravity, carried = law.resistance(solid, v) * v;
+        double const weight = solid * inertia * gravity, carried = law.resistance(solid, v) * v;
         CHECK(verification::report({"P02", text("drag by weight of a suspension, phi = %g [-]", solid, 0), carried,
                                     weight, relative(carried, weight), 1e-3, watch.seconds()}));
         speed[n] = v, porosity[n] = 1 - solid, ++n;
@@ -158,16 +158,16 @@ TEST_CASE("P03: bed and fluid come to move together, dust and dense beds, permea
                 solver.step();
                 auto const force = solver.phase_force();
                 for (std::size_t i = 0; i < bed.velocity.size(); ++i) {
-                    bed.velocity[i] += force[i] / (excess * bed.volume[i / 2]);
+                    bed.velocity[i] += force[i] / (inertia * bed.volume[i / 2]);
                     bed.position[i] += bed.velocity[i];
                 }
             }
-            double momentum = solver.momentum()[0], total = 64 * solid * excess * 0.05;
+            double momentum = solver.momentum()[0], total = 64 * solid * inertia * 0.05;
             for (std::size_t i = 0; i < bed.velocity.size(); i += 2)
-                momentum += excess * bed.volume[i / 2] * bed.velocity[i];
+                momentum += inertia * bed.volume[i / 2] * bed.velocity[i];
             lost = std::max(lost, std::abs(momentum / total - 1));
             if (settled > 3000) continue;
-            double const together = total / (64 * (1 + solid * excess));
+            double const together = total / (64 * (1 + solid * inertia));
             for (std::size_t i = 0; i < bed.velocity.size(); i += 2)
                 worst = std::max(worst, std::abs(bed.velocity[i] - together) / 0.05);
         }
