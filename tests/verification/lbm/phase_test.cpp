@@ -50,9 +50,9 @@ double ergun(double solid, double nu, double d, double w)
 }  // namespace
 
 // P01: a bed at rest under a uniform force has Ergun's flux: the scheme is exact there, for any resistance.
-TEST_CASE("P01: flux through a bed at rest, resistances from 1e-3 to 1e4 a step, slow and fast flow: Ergun")
+TEST_CASE("P01: flux through a bed at rest, resistances from 1e-3 to 3e3 a step, slow and fast flow: Ergun")
 {
-    for (double const d : {20.0, 1.0, 0.1, 0.004})
+    for (double const d : {200.0, 20.0, 1.0, 0.1})
         for (double const flux : {1e-6, 0.05}) {
             verification::Stopwatch watch;
             auto c = with_phase(4, 4, 0.6, lbm::Drag::ergun, d);

@@ -1,7 +1,8 @@
-// P04: consolidation of a saturated column (Terzaghi): points of the continuum and the lattice's fluid, each by its own
-// solver, coupled as the participants do it. One-dimensional, the fluid compressible (Verruijt, An Introduction to Soil
-// Dynamics (2010), chap. 4): storage S = 1/(rho_0 c_s^2), stiffness E of the skeleton, c_v = (k/mu)/(S + 1/E), z the
-// depth, H the height, q a load on top, or the column's weight in the fluid above its base:
+// A continuum whose pores a fluid fills, P04 to P06. P04: consolidation of a saturated column (Terzaghi): points of the
+// continuum and the lattice's fluid, each by its own solver, coupled as the participants do it. One-dimensional, the
+// fluid compressible (Verruijt, An Introduction to Soil Dynamics (2010), chap. 4): storage S = 1/(rho_0 c_s^2),
+// stiffness E of the skeleton, c_v = (k/mu)/(S + 1/E), z the depth, H the height, q a load on top, or the column's
+// weight in the fluid above its base:
 //     u = 1/(1 + S E) sum_m a_m sin(M z/H) exp(-M^2 c_v t/H^2),  M = (2 m + 1) pi/2,  a_m = 2 q/M, or 2 q (-1)^m/M^2
 #include <doctest/doctest.h>
 
@@ -55,6 +56,29 @@ double settlement(Load kind, double y, double H, double t)
     return sum;
 }
 
+//! What fluid and points tell each other in a window.
+struct Pores
+{
+    std::vector<std::int64_t> id;
+    std::vector<double> position, velocity, volume;
+    std::vector<mpm::Vec<2>> loads;
+
+    void flow(lbm::Solver<2>& fluid, mpm::Solver<2> const& soil, int steps)
+    {
+        id.clear(), position.clear(), velocity.clear(), volume.clear(), loads.clear();
+        for (auto const& p : soil.state().points) {
+            id.push_back(p.id);
+            position.insert(position.end(), {p.place[0], p.place[1]});
+            velocity.insert(velocity.end(), {p.velocity[0], p.velocity[1]});
+            volume.push_back(solid * p.volume);
+        }
+        fluid.set_phase({id, position, velocity, volume}, steps);
+        for (int k = 0; k < steps; ++k) fluid.step();
+        auto const force = fluid.phase_force();
+        for (std::size_t i = 0; i < id.size(); ++i) loads.emplace_back(force[2 * i], force[2 * i + 1]);
+    }
+};
+
 struct Column
 {
     Load kind;
@@ -62,8 +86,7 @@ struct Column
     lbm::Solver<2> fluid;
     mpm::Solver<2> soil;
     double top;  //!< place of the highest points at the start
-    std::vector<std::int64_t> id;
-    std::vector<double> position, velocity, volume;
+    Pores pores;
 
     static lbm::Config fluid_config(int height, double drag)
     {
@@ -103,25 +126,12 @@ struct Column
 
     void step()
     {
-        id.clear(), position.clear(), velocity.clear(), volume.clear();
-        for (auto const& p : soil.state().points) {
-            id.push_back(p.id);
-            position.insert(position.end(), {p.place[0], p.place[1]});
-            velocity.insert(velocity.end(), {p.velocity[0], p.velocity[1]});
-            volume.push_back(solid * p.volume);
-        }
-        fluid.set_phase({id, position, velocity, volume}, window);
-        for (int k = 0; k < window; ++k) fluid.step();
-        auto const force = fluid.phase_force();
+        pores.flow(fluid, soil, window);
         double const done = std::min(1.0, soil.time() / ramp), share = 0.5 * (1 - std::cos(std::numbers::pi * done));
-        std::vector<mpm::Vec<2>> loads;
-        for (std::size_t i = 0; i < id.size(); ++i) {
-            loads.emplace_back(force[2 * i], force[2 * i + 1]);
-            if (kind == Load::on_top && i + 2 >= id.size())
-                loads.back()[1] -= share * load;  // two points across two cells
-        }
+        if (kind == Load::on_top)  // two points across two cells
+            for (std::size_t i = pores.loads.size() - 2; i < pores.loads.size(); ++i) pores.loads[i][1] -= share * load;
         if (kind == Load::weight) soil.set_gravity({0, -share * load / (solid * excess * height)});
-        soil.set_loads(loads);
+        soil.set_loads(pores.loads);
         soil.step(window);
     }
 };
@@ -197,5 +207,57 @@ TEST_CASE("P05: a column so tight that nothing flows: its fluid carries the weig
         std::string const name = window == 1 ? ", windows of a step" : ", windows of four steps";
         CHECK(verification::report({"P05", "pore pressure by load" + name, std::sqrt(square), 0, std::sqrt(square),
                                     1.0 / 32, watch.seconds()}));
+    }
+}
+
+// P06: a block that flies through fluid at rest, in a box with periods: what one loses the other gets. And both moving
+// alike: nothing happens.
+TEST_CASE("P06: a block in a fluid: momentum of both; nothing where they move together")
+{
+    for (bool const together : {false, true}) {
+        verification::Stopwatch watch;
+        auto c = Column::fluid_config(36, resistance);
+        c.size = {40, 40};
+        c.walls = {};
+        for (std::size_t k = 0; k < 2; ++k) c.set_periodic(k);
+        c.viscosity = 0.1;
+        lbm::Solver<2> fluid(c);
+        double const speed = 0.02;
+        if (together)
+            fluid.set_state([&](std::array<double, 2> const&) {
+                return lbm::PointState<2>{.velocity = {speed, -speed}, .pressure = 0, .gradient = {}};
+            });
+        auto s = Column::soil_config(36);
+        s.size = {40, 40, 0};
+        s.walls.clear();
+        s.bodies = {{.low = {10, 16, 0}, .high = {18, 24, 0}, .velocity = {speed, -speed, 0}}};
+        auto soil = mpm::make_solver<2>(s);
+        Pores pores;
+        auto const momentum = [&] {
+            auto sum = fluid.momentum();
+            for (auto const& p : soil.state().points)
+                for (std::size_t k = 0; k < 2; ++k) sum[k] += p.mass * p.velocity[static_cast<int>(k)];
+            return sum;
+        };
+        auto const before = momentum();
+        for (int k = 0; k < 300; ++k) {
+            pores.flow(fluid, soil, 1);
+            soil.set_loads(pores.loads);
+            soil.step(1);
+        }
+        auto const after = momentum();
+        double const size = 64 * solid * excess * speed;
+        double const lost = std::max(std::abs(after[0] - before[0]), std::abs(after[1] - before[1])) / size;
+        CHECK(
+            verification::report({"P06", together ? "momentum lost, moving together" : "momentum lost, by the block's",
+                                  lost, 0, lost, 1e-11, watch.seconds()}));
+        double change = 0;
+        for (auto const& p : soil.state().points)
+            change = std::max(change, (p.velocity - mpm::Vec<2>(speed, -speed)).norm() / speed);
+        if (together)
+            CHECK(
+                verification::report({"P06", "change of velocity where both move alike", change, 0, change, 1e-10, 0}));
+        else
+            CHECK(change > 0.1);
     }
 }
