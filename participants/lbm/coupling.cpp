@@ -198,10 +198,17 @@ Config read(sluice::Participant& self)
 {
     self.sends({"load", "body_force"});
     self.takes({"kinematics", "phase"});
+    bool const phase = !self.senders("phase").empty();
+    for (auto const& to : self.receivers("body_force"))
+        sluice::require(phase, [&] {
+            return sluice::Error("lbm: body_force to " + to +
+                                 ", but nobody sends a phase (it acts on the points of one). Add an edge {from: " + to +
+                                 ", to: " + self.name() + ", data: phase, lag: 1}.");
+        });
     auto reader = self.config();
     auto const* rotation = self.rotation();
     return read_config(reader, self.scene().dimension, self.scene().gravity,
-                       rotation ? std::optional(*rotation) : std::nullopt, !self.senders("phase").empty());
+                       rotation ? std::optional(*rotation) : std::nullopt, phase);
 }
 
 template <int D>
