@@ -15,6 +15,8 @@ using sluice::Error;
 using sluice::Exit;
 using sluice::require;
 
+constexpr double farthest = 1e9;  //!< cells from the lattice's corner, where a cell's number still is one
+
 //! B of solids of fraction `solid` that are driven past at the speed `drive`, before any drag.
 double weight_of(DragLaw const& law, double inertia, double solid, double drive) noexcept
 {
@@ -57,7 +59,8 @@ template <int D>
 void Phase<D>::require_usable(Point const& point, std::int64_t id) const
 {
     bool usable = point.volume > 0 && std::isfinite(point.volume);
-    for (std::size_t k = 0; k < D; ++k) usable = usable && std::isfinite(point.place[k] + point.velocity[k]);
+    for (std::size_t k = 0; k < D; ++k)
+        usable = usable && std::abs(point.place[k]) < farthest && std::isfinite(point.velocity[k]);
     require(usable, [&] {
         return Error("fluid: point " + std::to_string(id) +
                          " of the solids has no finite place, velocity or positive solid volume.",
