@@ -88,6 +88,36 @@ struct Load
     }
 };
 
+//! mpm -> lbm, dem -> lbm: solids that are finer than the fluid's cells.
+struct SolidPhase
+{
+    static constexpr std::string_view name = "phase";
+    std::span<std::int64_t const> id;
+    std::span<double const> position;      //!< m
+    std::span<double const> velocity;      //!< m/s
+    std::span<double const> solid_volume;  //!< m3, in 2D m2
+
+    std::vector<std::span<double const>> columns() const { return {position, velocity, solid_volume}; }
+    static SolidPhase from(std::span<std::int64_t const> id, std::vector<std::span<double const>> const& c)
+    {
+        return {id, c[0], c[1], c[2]};
+    }
+};
+
+//! lbm -> mpm, lbm -> dem: what the fluid does to them. In 2D per metre of thickness.
+struct BodyForce
+{
+    static constexpr std::string_view name = "body_force";
+    std::span<std::int64_t const> id;
+    std::span<double const> force;  //!< N
+
+    std::vector<std::span<double const>> columns() const { return {force}; }
+    static BodyForce from(std::span<std::int64_t const> id, std::vector<std::span<double const>> const& c)
+    {
+        return {id, c[0]};
+    }
+};
+
 //! What a coupling edge says inside one window. Valid until the next window.
 class Samples
 {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,28 +30,67 @@ sluice::Kinematics kinematics_of(Columns<D> const& c)
     return {c.id, c.position, c.velocity, c.spin, c.radius};
 }
 
-PartnerLoad load_of(sluice::Load const& load)
+//! The same for a fluid that does not resolve them.
+template <int D>
+void tell_phase(sluice::Participant& self, std::vector<std::string> const& receivers, Columns<D> const& c,
+                std::vector<double>& volume)
 {
-    return {load.id, load.force, load.torque};
+    if (receivers.empty()) return;
+    volume.clear();
+    for (double const r : c.radius)
+        volume.push_back(D == 2 ? std::numbers::pi * r * r : 4.0 / 3.0 * std::numbers::pi * r * r * r);
+    for (auto const& to : receivers) self.write(to, sluice::SolidPhase{c.id, c.position, c.velocity, volume});
 }
+
+//! What partners do to the grains in a window.
+class PartnerSamples
+{
+ public:
+    PartnerSamples(sluice::Participant& self, sluice::Window const& window)
+    {
+        for (auto const& from : self.senders("load")) loads_.push_back(self.read<sluice::Load>(from, window));
+        for (auto const& from : self.senders("body_force"))
+            forces_.push_back(self.read<sluice::BodyForce>(from, window));
+    }
+    bool any() const { return !loads_.empty() || !forces_.empty(); }
+    bool vary() const
+    {
+        auto const varies = [](auto const& sample) { return sample.vary(); };
+        return std::ranges::any_of(loads_, varies) || std::ranges::any_of(forces_, varies);
+    }
+    std::vector<PartnerLoad> at(double time)
+    {
+        std::vector<PartnerLoad> parts;
+        for (auto& sample : loads_) {
+            auto const load = sample.at(time);
+            parts.push_back({load.id, load.force, load.torque});
+        }
+        for (auto& sample : forces_) {
+            auto const force = sample.at(time);
+            parts.push_back({force.id, force.force, {}});
+        }
+        return parts;
+    }
+
+ private:
+    std::vector<sluice::Sampled<sluice::Load>> loads_;
+    std::vector<sluice::Sampled<sluice::BodyForce>> forces_;
+};
 
 //! One window in equal steps of our own; what partners do is sampled in the middle of each, or once if it stays the
 //! same. Returns the impulse that it gave to all grains [N s]; discs: per metre. Of several processes the first one's
 //! samples have all points, the others' none.
 template <int D>
 Vec<D> advance(Solver<D>& solver, double step, sluice::Window const& window, PartnerLoads<D>& loads,
-               std::vector<sluice::Sampled<sluice::Load>>& samples)
+               PartnerSamples& samples)
 {
     std::int64_t const steps = window.steps(step);
     double const dt = window.length / static_cast<double>(steps);
-    bool const vary = std::ranges::any_of(samples, &sluice::Sampled<sluice::Load>::vary);
+    bool const vary = samples.vary();
     Vec<D> impulse{};
     for (std::int64_t k = 0; k < steps; ++k) {
-        if (!samples.empty() && (k == 0 || vary)) {
-            std::vector<PartnerLoad> parts;
-            for (auto& sample : samples)
-                parts.push_back(load_of(sample.at(window.begin + (static_cast<double>(k) + 0.5) * dt)));
-            loads.take(parts);
+        if (samples.any() && (k == 0 || vary)) {
+            loads.take(samples.at(window.begin + (static_cast<double>(k) + 0.5) * dt));
             solver.set_loads(loads.on_grains());
         }
         impulse += dt * loads.force();
@@ -171,10 +211,11 @@ void run(sluice::Participant& self, Config const& config)
             if (sheared) steady = SteadyShear::kept(state);
         });
     if (!ledger) self.skipped("energy ledger", why_no_ledger(config, series > 0), 1.0);
-    auto const receivers = self.receivers("kinematics"), senders = self.senders("load");
-    if (senders.empty()) self.skipped("fluid", "no participant sends a load: it is not started", 1.0);
+    auto const receivers = self.receivers("kinematics"), unresolved = self.receivers("phase");
+    if (!config.loads) self.skipped("fluid", "no participant sends a load: it is not started", 1.0);
 
     Columns<D> columns;
+    std::vector<double> volume;
     std::optional<Recorder<D>> recorder;
     auto begin_recording = [&](std::optional<double> resumed_at) {
         if (!first) return;
@@ -185,6 +226,7 @@ void run(sluice::Participant& self, Config const& config)
     auto tell = [&](Grains<D> const& all) {
         columns.update(all);
         for (auto const& to : receivers) self.write(to, kinematics_of(columns));
+        tell_phase(self, unresolved, columns, volume);
     };
     if (!self.resumes()) tell(solver.grains());
     if (!self.resumes() && first) {
@@ -199,14 +241,13 @@ void run(sluice::Participant& self, Config const& config)
     PartnerLoads<D> loads(overview.now().grains().id);
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());
-        std::vector<sluice::Sampled<sluice::Load>> samples;
-        for (auto const& from : senders) samples.push_back(self.read<sluice::Load>(from, window));
+        PartnerSamples samples(self, window);
         Vec<D> const impulse = advance(solver, config.step, window, loads, samples);
         Due const due = due_at(window);
         bool const looked_at = is_anything_due(config.measures, due);  // else more would be gathered than is told
         if (looked_at)
             tell(overview.now().grains());
-        else if (!receivers.empty())
+        else if (!receivers.empty() || !unresolved.empty())
             tell(overview.in_motion());
         if (iterates(self) && !self.accepted(window)) continue;
         if (sheared) steady.sample(solver);
@@ -228,7 +269,9 @@ void check_ranks(sluice::Participant const& self, Config const& config)
 {
     if (self.ranks() == 1) return;
     config.dimension == 2 ? require_shareable(make_setup<2>(config)) : require_shareable(make_setup<3>(config));
-    bool const coupled = !self.receivers("kinematics").empty() || !self.senders("load").empty();
+    bool coupled = false;
+    for (auto const data : {"kinematics", "phase"}) coupled = coupled || !self.receivers(data).empty();
+    for (auto const data : {"load", "body_force"}) coupled = coupled || !self.senders(data).empty();
     sluice::require(!coupled || !self.scene().restart_on_death, [&] {
         return sluice::Error("dem: on-death: restart with grains of " + std::to_string(self.ranks()) +
                              " processes that are coupled: they cannot go back together when a partner dies (needed: "
@@ -238,8 +281,8 @@ void check_ranks(sluice::Participant const& self, Config const& config)
 
 void take_part(sluice::Participant& self)
 {
-    self.sends({"kinematics"});
-    self.takes({"load"});
+    self.sends({"kinematics", "phase"});
+    self.takes({"load", "body_force"});
     auto const& gravity = self.scene().gravity;
     int const dimension = self.scene().dimension;
     auto const* rotation = self.rotation();
@@ -251,7 +294,7 @@ void take_part(sluice::Participant& self)
     if (self.rank() > 0) self.covers({{1, 1, 1}, {-1, -1, -1}});  // nothing: the first process speaks for all
     self.propose_window(steps_of_a_dry_window * config.step);
     if (self.checking()) return describe(config);
-    config.loads = !self.senders("load").empty();
+    config.loads = !self.senders("load").empty() || !self.senders("body_force").empty();
     sluice::require(!config.loads || !config.periodic.is_sheared(), [] {
         return sluice::Error(
             "a sheared cell of grains takes no load of a partner (the fluid would have to be sheared "

@@ -58,10 +58,11 @@ void PartnerLoads<D>::add(PartnerLoad const& load)
         Load<D>& to = sum_[find_(load.id[k])];
         if constexpr (D == 2) {
             to.force += Vec2{load.force[2 * k], load.force[2 * k + 1]};
-            to.torque += load.torque[k];
+            if (!load.torque.empty()) to.torque += load.torque[k];
         } else {
             to.force += Vec3{load.force[3 * k], load.force[3 * k + 1], load.force[3 * k + 2]};
-            to.torque += Vec3{load.torque[3 * k], load.torque[3 * k + 1], load.torque[3 * k + 2]};
+            if (!load.torque.empty())
+                to.torque += Vec3{load.torque[3 * k], load.torque[3 * k + 1], load.torque[3 * k + 2]};
         }
     }
 }

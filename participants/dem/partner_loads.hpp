@@ -32,7 +32,7 @@ struct PartnerLoad
 {
     std::span<std::int64_t const> id;
     std::span<double const> force;   //!< 2 or 3 numbers a grain [N]
-    std::span<double const> torque;  //!< 1 or 3 numbers a grain [N m]
+    std::span<double const> torque;  //!< 1 or 3 numbers a grain [N m]; empty: none
 };
 
 //! The sum over partners for each grain of the run.

@@ -73,6 +73,7 @@ void Solver<D>::keep(sluice::State& kept)
     put_ids(kept, "last/id", last_id_);
     put_rows<freedoms>(kept, "last/velocity", past_, [](Past const& p) { return p.motion; });
     put_rows<freedoms>(kept, "last/exchange", past_, [](Past const& p) { return p.exchange; });
+    if (phase_) phase_->keep(kept);
     if (!solid_exchange_.empty())
         put_rows<freedoms>(kept, "solids/exchange", solid_exchange_, [](Motion const& m) { return m; });
     std::vector<double> cells;
@@ -129,6 +130,7 @@ void Solver<D>::restore(sluice::State const& kept)
         });
     std::array<double const*, Lattice<D>::directions> from;
     for (std::size_t q = 0; q < from.size(); ++q) from[q] = kept.numbers(populations_name(q), cells).data();
+    if (phase_) phase_->restore(kept);
 
     steps_ = kept.integer("steps");
     find_field();
@@ -144,6 +146,7 @@ void Solver<D>::restore(sluice::State const& kept)
             std::copy(from[q], from[q] + populations_.nx(), populations_.row(q, r));
     for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) note_turned(populations_, r, walls_);
     coverage_.update(bodies_, team_);
+    if (phase_) phase_->spread();
     complete_ = true;
 }
 

@@ -178,6 +178,29 @@ void read_collision(sluice::Reader& r, Config& c)
     if (c.collision == Operator::mrt && c.smagorinsky > 0 && !odd_rate_given) c.flux_rate = flux_rate_with_les;
 }
 
+void read_phase(sluice::Reader& r, Config& c, bool sent)
+{
+    std::optional<sluice::Reader> block = r.child_if("phase");
+    if (!block) {
+        if (sent)
+            r.problem(
+                "phase",
+                "is missing (a partner sends solids finer than a cell: needs their law of drag). Try phase: {drag: "
+                "ergun, diameter: 1.0e-3, solid_density: 2650}.");
+        return;
+    }
+    PhaseConfig phase;
+    constexpr Drag laws[] = {Drag::ergun, Drag::carman_kozeny, Drag::di_felice};
+    phase.law = laws[block->choice("drag", {"ergun", "carman_kozeny", "di_felice"})];
+    phase.diameter = block->number("diameter", {.above = 0.0, .unit = "m"});
+    phase.matter = block->choice_or("points", 0, {"matter", "grains"}) == 0;
+    phase.solid_density = block->number("solid_density", {.above = phase.matter ? c.density : 0.0, .unit = "kg/m3"});
+    phase.spread = static_cast<int>(block->integer_or("spread", phase.spread, {.min = 1, .max = 8}));
+    block->finish();
+    if (!sent) r.problem("phase", "stands here, but nobody sends one (needs an edge with data: phase to this fluid).");
+    c.phase = phase;
+}
+
 void read_step(sluice::Reader& r, Config& c)
 {
     if (r.has("step")) {
@@ -275,6 +298,32 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
                           false});
 }
 
+void find_phase_issues(Config const& c, std::vector<Issue>& issues)
+{
+    if (!c.phase) return;
+    if (!(c.phase->diameter > 0) || !(c.phase->solid_density > (c.phase->matter ? c.density : 0)))
+        issues.push_back(
+            {"phase",
+             format("grains of %g m and %g kg/m3 (must be > 0; a continuum of them heavier than the fluid, "
+                    "%g kg/m3).",
+                    c.phase->diameter, c.phase->solid_density, c.density),
+             true});
+    auto const cells = c.cells();
+    for (std::size_t k = 0; k < c.axes(); ++k)
+        if (c.phase->spread > cells[k])
+            issues.push_back(
+                {"phase.spread",
+                 format("%d cells in a domain of %td along %c (at most as many).", c.phase->spread, cells[k], "xyz"[k]),
+                 true});
+    if (c.phase->diameter > c.cell)
+        issues.push_back(
+            {"phase.diameter",
+             format("%g m is more than a cell of %g m (a law of drag stands for many grains). Take a larger "
+                    "cell, or resolve the grains.",
+                    c.phase->diameter, c.cell),
+             false});
+}
+
 }  // namespace
 
 std::array<std::ptrdiff_t, 3> Config::cells() const noexcept
@@ -291,6 +340,7 @@ std::vector<Issue> find_issues(Config const& c)
     find_geometry_issues(c, issues);
     find_side_issues(c, issues);
     find_flow_issues(c, issues);
+    find_phase_issues(c, issues);
     if (c.threads < 1) issues.push_back({"threads", format("%d (must be at least 1).", c.threads), true});
     return issues;
 }
@@ -303,21 +353,26 @@ std::vector<std::string> describe(Config const& c)
     char const* const names[] = {"MRT", "TRT", "BGK"};
     std::string model = names[static_cast<int>(c.collision)];
     if (c.smagorinsky > 0) model += format(" with Smagorinsky, C_s = %g", c.smagorinsky);
-    return {"lattice               " + lattice + model,
-            "time step             " + with_unit(c.step, "s"),
-            format("relaxation time       tau = %.6g (limit 0.5)", c.relaxation_time()),
-            format("Mach number           %.3g at %g m/s (limit 0.3)", mach(c), c.max_velocity),
-            format("grid Reynolds number  %.3g", grid_reynolds(c)),
-            "sound speed           " + with_unit(sound_speed_lu * c.units().velocity_unit(), "m/s"),
-            format("hydrodynamic radius   %g R", c.hydrodynamic_radius),
-            c.rotation ? format("frame                 turns at %g rad/s%s", c.rotation->rate,
-                                c.hydrostatic ? "" : "; its field as gravity's: not on the lattice")
-                       : "frame                 inertial",
-            format("threads               %d", c.threads)};
+    std::vector<std::string> lines{
+        "lattice               " + lattice + model,
+        "time step             " + with_unit(c.step, "s"),
+        format("relaxation time       tau = %.6g (limit 0.5)", c.relaxation_time()),
+        format("Mach number           %.3g at %g m/s (limit 0.3)", mach(c), c.max_velocity),
+        format("grid Reynolds number  %.3g", grid_reynolds(c)),
+        "sound speed           " + with_unit(sound_speed_lu * c.units().velocity_unit(), "m/s"),
+        format("hydrodynamic radius   %g R", c.hydrodynamic_radius),
+        c.rotation ? format("frame                 turns at %g rad/s%s", c.rotation->rate,
+                            c.hydrostatic ? "" : "; its field as gravity's: not on the lattice")
+                   : "frame                 inertial",
+        format("threads               %d", c.threads)};
+    if (c.phase)
+        lines.push_back("bulk modulus          " + with_unit(c.units().pressure_unit() / 3, "Pa") +
+                        ", of the fluid in pores: rho_0 c_s^2");
+    return lines;
 }
 
 Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravity,
-                   std::optional<sluice::Rotation> const& rotation)
+                   std::optional<sluice::Rotation> const& rotation, bool phase)
 {
     Config c;
     c.rotation = rotation;
@@ -352,6 +407,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     if (c.hydrostatic)
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
+    read_phase(r, c, phase);
     c.threads = sluice::read_threads(r, "auto");
     bool const readable =
         c.cell > 0 && c.step > 0 && std::isfinite(c.step) && c.size[0] > 0 && c.viscosity > 0 && c.density > 0;

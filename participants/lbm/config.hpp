@@ -73,6 +73,24 @@ struct Solid
     std::size_t axis = 0;          //!< of a cylinder
 };
 
+//! How solids finer than a cell hinder the flow (drag_law.hpp).
+enum class Drag
+{
+    ergun,
+    carman_kozeny,
+    di_felice
+};
+
+//! Solids finer than a cell, which a partner moves.
+struct PhaseConfig
+{
+    Drag law = Drag::ergun;
+    double diameter = 0;       //!< of their grains [m]
+    double solid_density = 0;  //!< of a grain [kg/m3]
+    int spread = 1;            //!< half width of the hat functions that spread a point [cells]
+    bool matter = true;        //!< a point is a piece of a continuum; false: grains, each with a drag of its own
+};
+
 //! A uniform acceleration that swings, amplitude cos(2 pi frequency t).
 struct Oscillation
 {
@@ -105,6 +123,7 @@ struct Config
     std::optional<sluice::Rotation> rotation{};
     bool hydrostatic = false;        //!< gravity acts on the lattice
     double hydrodynamic_radius = 1;  //!< the fluid sees a disc of this factor times its radius
+    std::optional<PhaseConfig> phase{};
     int threads = 1;
 
     LatticeUnits units() const noexcept { return {cell, step, density, dimension}; }
@@ -132,9 +151,9 @@ std::vector<Issue> find_issues(Config const& config);
 std::vector<std::string> describe(Config const& config);
 
 //! Reads a participant's `config:` block (keys: README.md) of a scene in the plane or in space. `gravity` [m/s2] is the
-//! scene's; it enters the lattice if `gravity: true`. `rotation`: that of the scene's frame. Every mistake becomes a
-//! problem of the reader.
+//! scene's; it enters the lattice if `gravity: true`. `rotation`: that of the scene's frame. `phase`: a partner sends
+//! one. Every mistake becomes a problem of the reader.
 Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> gravity,
-                   std::optional<sluice::Rotation> const& rotation = std::nullopt);
+                   std::optional<sluice::Rotation> const& rotation = std::nullopt, bool phase = false);
 
 }  // namespace lbm

@@ -160,14 +160,55 @@ BodiesView bodies_of(sluice::Kinematics const& k)
     return {k.position, k.velocity, k.angular_velocity, k.radius, ids};
 }
 
+//! Solids finer than a cell: where they are at the start of a window, and the mean force on them in it.
+template <int D>
+class PhaseEdge
+{
+ public:
+    explicit PhaseEdge(sluice::Participant& self) : self_(self), receivers_(self.receivers("body_force"))
+    {
+        auto const senders = self.senders("phase");
+        sluice::require(senders.size() <= 1, [] {
+            return sluice::Error("lbm: phase from more than one participant (at most one sends it).");
+        });
+        if (!senders.empty()) from_ = senders[0];
+    }
+    bool exists() const { return !from_.empty(); }
+
+    void begin(sluice::Window const& window, std::int64_t steps, Solver<D>& solver)
+    {
+        auto sampled = self_.read<sluice::SolidPhase>(from_, window);
+        auto const points = sampled.at(window.begin);
+        id_.assign(points.id.begin(), points.id.end());
+        solver.set_phase({points.id, points.position, points.velocity, points.solid_volume}, steps);
+    }
+    void tell(Solver<D>& solver)
+    {
+        for (auto const& to : receivers_) self_.write(to, sluice::BodyForce{id_, solver.phase_force()});
+    }
+
+ private:
+    sluice::Participant& self_;
+    std::vector<std::string> receivers_;
+    std::string from_;
+    std::vector<std::int64_t> id_;
+};
+
 Config read(sluice::Participant& self)
 {
-    self.sends({"load"});
-    self.takes({"kinematics"});
+    self.sends({"load", "body_force"});
+    self.takes({"kinematics", "phase"});
+    bool const phase = !self.senders("phase").empty();
+    for (auto const& to : self.receivers("body_force"))
+        sluice::require(phase, [&] {
+            return sluice::Error("lbm: body_force to " + to +
+                                 ", but nobody sends a phase (it acts on the points of one). Add an edge {from: " + to +
+                                 ", to: " + self.name() + ", data: phase, lag: 1}.");
+        });
     auto reader = self.config();
     auto const* rotation = self.rotation();
     return read_config(reader, self.scene().dimension, self.scene().gravity,
-                       rotation ? std::optional(*rotation) : std::nullopt);
+                       rotation ? std::optional(*rotation) : std::nullopt, phase);
 }
 
 template <int D>
@@ -189,15 +230,18 @@ void run(sluice::Participant& self, Config const& config)
     self.fact("cells", static_cast<double>(config.cells()[0] * config.cells()[1] * config.cells()[2]));
     self.fact("time step [s]", config.step);
     self.fact("relaxation time", config.relaxation_time());
+    if (config.phase) self.fact("bulk modulus of the fluid [Pa]", config.units().pressure_unit() / 3);
     auto const senders = self.senders("kinematics"), receivers = self.receivers("load");
     sluice::require(senders.size() <= 1, [] {
         return sluice::Error("lbm: kinematics from more than one participant (at most one sends them).");
     });
 
+    PhaseEdge<D> phase(self);
     MeanLoad<D> load;
     std::vector<double> on_solids(D * config.solids.size());  // mean force of a window
     auto tell = [&] {
         for (auto const& to : receivers) self.write(to, load.view());
+        if (phase.exists()) phase.tell(solver);
     };
     if (!self.resumes()) tell();
     sluice::Windows windows = self.windows();
@@ -206,6 +250,7 @@ void run(sluice::Participant& self, Config const& config)
     for (sluice::Window const& window : windows) {
         if (self.went_back()) recorder.emplace(self, config, self.resumed_at());
         auto const steps = static_cast<std::int64_t>(std::lround(window.length / config.step));
+        if (phase.exists()) phase.begin(window, steps, solver);
         for (std::int64_t k = 0; k < steps; ++k) {
             if (!senders.empty()) {
                 auto kinematics = self.read<sluice::Kinematics>(senders[0], window);

@@ -87,9 +87,13 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
         double const share = weight_per_fraction(row.fraction[x], drag[x], relaxation_.tau);
         double const fluid = 1 - share * row.fraction[x];
         row.excess[x] = excess;
+        typename Phase<D>::Cell fine;
+        if (phase_) fine = phase_->cell(static_cast<std::size_t>(r * populations_.nx()) + x, j, 1 + excess);
         if (turning_) turn_with_half(relaxation.turn, j[0], j[1], j[2]);
         for (std::size_t axis = 0; axis < D; ++axis)
-            row.velocity[axis][x] = fluid * j[axis] / (1 + excess) + share * solid[axis][x];
+            row.velocity[axis][x] = (fluid - fine.weight) * j[axis] / (1 + excess) + share * solid[axis][x] +
+                                    fine.weight * fine.velocity[axis];
+        row.fraction[x] += fine.solid;
         row.fraction[x] = std::min(row.fraction[x], 1.0);
     }
 }

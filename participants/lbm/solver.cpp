@@ -15,7 +15,6 @@ namespace {
 using sluice::Error;
 using sluice::require;
 
-constexpr std::ptrdiff_t block = 8;         //!< cells that go to one kernel or the other together
 constexpr std::ptrdiff_t rows_a_chunk = 4;  //!< handed to a thread at a time
 constexpr std::int64_t watch_every = 64;    //!< steps
 
@@ -89,6 +88,11 @@ struct RowBuffer
         return {fraction.data(),   weight.data(),
                 open.data(),       {momentum[0].data(), momentum[1].data(), momentum[2].data()},
                 force_rate.data(), {force[0].data(), force[1].data(), force[2].data()}};
+    }
+    SolidRowInput input()
+    {
+        return {
+            fraction.data(), weight.data(), open.data(), {momentum[0].data(), momentum[1].data(), momentum[2].data()}};
     }
 };
 
@@ -190,6 +194,7 @@ Solver<D>::Solver(Config const& config)
 {
     set_patches(patches_of<D>(config_));
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
+    if (config_.phase) phase_.emplace(config_);
     find_field();
 }
 
@@ -260,9 +265,11 @@ void Solver<D>::step()
     strip_load_.resize(coverage_.strips().size());
     for (auto& pair : walls_.side)
         for (Boundary& side : pair) side.share = grown(static_cast<double>(steps_) + 0.5, side.ramp);
+    if (phase_) phase_->spread();
     team_.share(populations_.rows(), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (std::ptrdiff_t r = begin; r < end; ++r) collide_row(r);
     });
+    if (phase_) phase_->gather(team_);
     bool const finite = sum_loads();
     populations_.stream(team_);
     complete_ = false;
@@ -280,7 +287,8 @@ void Solver<D>::collide_row(std::ptrdiff_t r)
 {
     if (!complete_) enter_row(r);
     covered_cells_[static_cast<std::size_t>(r)] = 0;
-    if (auto const strips = coverage_.row(r); !strips.empty()) return collide_covered_row(r, strips);
+    auto const strips = coverage_.row(r);
+    if (!strips.empty() || (phase_ && phase_->reaches(r))) return collide_covered_row(r, strips);
     kernels_.fluid(populations_.row(r), 0, populations_.nx(), of_row(r), {});
 }
 
@@ -304,6 +312,7 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
         std::fill(buffer.touched.begin() + s.begin / block,
                   buffer.touched.begin() + (s.begin + whole_lanes(s) - 1) / block + 1, 1);
     }
+    if (phase_) phase_->mark(r, buffer.touched);
     if (r + 1 < populations_.rows())
         for (std::uint32_t const k : coverage_.row(r + 1)) prefetch(&coverage_.strips()[k], 1);
     auto const each_run = [&](auto&& run) {
@@ -333,7 +342,10 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
     });
     for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], bodies_, buffer);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (touched) kernels_.covered(slots, begin, end, relaxation, buffer.view());
+        if (!touched) return;
+        if (phase_) phase_->add_to_row(r, begin, end, slots, relaxation, buffer.input());
+        kernels_.covered(slots, begin, end, relaxation, buffer.view());
+        if (phase_) phase_->take_from_row(r, begin, end, buffer.view());
     });
     add_strip_forces(strips, buffer.view());
 }

@@ -10,6 +10,7 @@
 #include "participants/lbm/coverage.hpp"
 #include "participants/lbm/fields.hpp"
 #include "participants/lbm/kernels.hpp"
+#include "participants/lbm/phase.hpp"
 #include "participants/lbm/populations.hpp"
 #include "participants/lbm/relaxation.hpp"
 #include "participants/lbm/walls.hpp"
@@ -63,7 +64,10 @@ class Solver
     std::int64_t steps() const noexcept { return steps_; }
     Config const& config() const noexcept { return config_; }
 
-    void set_bodies(BodiesView const& bodies);        //!< where they are at the start of the next step
+    void set_bodies(BodiesView const& bodies);  //!< where they are at the start of the next step
+    //! Solids finer than a cell, for the next `steps` steps; the configuration has a `phase`.
+    void set_phase(PhaseView const& points, std::int64_t steps) { phase_->place(points, steps); }
+    std::span<double const> phase_force() { return phase_->force(); }  //!< on each since then [N], mean; [point][D]
     void set_patches(std::vector<Patch<D>> patches);  //!< solids at rest, instead of those of the configuration
     void set_state(std::function<PointState<D>(std::array<double, D> const& at)> const& state);
     void step();  //!< one time_step(); throws Error (exit 6) if the run blew up
@@ -140,6 +144,7 @@ class Solver
         std::array<double, 3> rate{};  //!< w [rad/s]; 0 without Coriolis' part
     };
     std::optional<Turning> turning_;
+    std::optional<Phase<D>> phase_;
     Walls walls_;
     Kernels<D> kernels_;
     sluice::Team team_;

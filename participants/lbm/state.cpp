@@ -239,6 +239,7 @@ void Solver<D>::complete()
         for (std::ptrdiff_t r = begin; r < end; ++r) enter_row(r);
     });
     coverage_.update(bodies_, team_);
+    if (phase_) phase_->spread();
     complete_ = true;
 }
 

@@ -188,9 +188,36 @@ void read_geostatic(sluice::Reader& r, Config& c)
     c.geostatic = g;
 }
 
+//! What the fluid displaced would weigh and what inertia it would have is the fluid's: the matter has the rest.
+void read_fluid(sluice::Reader& r, Config& c, bool coupled)
+{
+    auto block = r.child_if("fluid");
+    if (!block) {
+        if (coupled)
+            r.problem("fluid",
+                      "is missing (a partner computes the fluid in the pores). Try fluid: {density: 1000, porosity: "
+                      "0.4}.");
+        return;
+    }
+    FluidConfig fluid;
+    fluid.density = block->number("density", {.above = 0.0, .unit = "kg/m3"});
+    fluid.porosity = block->number("porosity", {.above = 0.0, .below = 1.0});
+    block->finish();
+    if (!coupled)
+        r.problem("fluid", "stands here, but no partner computes one (needs edges with data: phase and body_force).");
+    double const displaced = (1 - fluid.porosity) * fluid.density;
+    if (c.density > 0 && !(c.density > displaced))
+        r.problem("fluid",
+                  format("displaced has %g kg/m3 of the matter, which has %g itself (must have more: it would rise).",
+                         displaced, c.density));
+    else
+        c.density -= displaced;
+    c.fluid = fluid;
+}
+
 }  // namespace
 
-Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity, bool grains)
+Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity, bool grains, bool fluid)
 {
     Config c;
     c.dimension = dimension;
@@ -201,6 +228,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     c.density = material.number("density", {.above = 0.0, .unit = "kg/m3"});
     c.law = read_law(material);
     material.finish();
+    read_fluid(r, c, fluid);
     c.shared_volume = r.flag_or("shared_volume", std::holds_alternative<MohrCoulomb>(c.law));
     read_walls(r, c);
     read_gates(r, c);

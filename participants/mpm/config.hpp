@@ -36,6 +36,13 @@ struct ColumnConfig
     double width = 0, height = 0;  //!< [m]
 };
 
+//! The fluid in the pores of the matter, which a partner computes.
+struct FluidConfig
+{
+    double density = 0;   //!< [kg/m3]
+    double porosity = 0;  //!< of the matter at the start [-]
+};
+
 //! Cells a step at the speed of sound: beyond, energy grows (README.md, Limits).
 inline constexpr double largest_courant = 0.6;
 
@@ -57,7 +64,8 @@ struct Config
     double damping = 0;          //!< [1/s]
     double courant = 0.4;
     std::optional<double> step;  //!< [s]; absent: auto
-    double density = 0;          //!< [kg/m3]
+    double density = 0;          //!< [kg/m3]; beside a fluid less that of what it displaces
+    std::optional<FluidConfig> fluid;
     Law law = LinearElastic{};
     std::vector<BodyConfig> bodies;
     std::optional<ColumnConfig> column;
@@ -70,7 +78,8 @@ struct Config
 };
 
 //! Reads a participant's `config:` block (keys: README.md). Every mistake becomes a problem of the reader; finish()
-//! throws them. `grains`: a partner sends some.
-Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity, bool grains = false);
+//! throws them. `grains`: a partner sends some. `fluid`: a partner computes that in the pores.
+Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity, bool grains = false,
+                   bool fluid = false);
 
 }  // namespace mpm

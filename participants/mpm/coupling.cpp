@@ -104,6 +104,67 @@ class GrainEdge
     bool warned_ = false;
 };
 
+//! The fluid in the pores: it is told where the matter is, and its force acts on the points.
+template <int D>
+class FluidEdge
+{
+ public:
+    FluidEdge(sluice::Participant& self, std::optional<FluidConfig> const& fluid) : self_(self)
+    {
+        auto const senders = self.senders("body_force");
+        sluice::require(senders.size() <= 1, [] {
+            return sluice::Error("mpm: body_force from more than one participant (at most one sends it).");
+        });
+        if (!senders.empty()) from_ = senders[0];
+        if (fluid) solid_ = 1 - fluid->porosity;
+    }
+    bool exists() const { return !from_.empty(); }
+
+    void begin(sluice::Window const& window) { samples_.emplace(self_.read<sluice::BodyForce>(from_, window)); }
+    //! At a time of the window, for the points of the run. A point that the fluid does not know feels nothing.
+    std::vector<Vec<D>> loads(double time, std::size_t points)
+    {
+        auto const sample = samples_->at(time);
+        std::vector<Vec<D>> loads(points, Vec<D>::Zero());
+        force_.setZero();
+        for (std::size_t i = 0; i < sample.id.size(); ++i) {
+            auto const id = static_cast<std::size_t>(sample.id[i]);  // ids count the points of the run
+            sluice::require(id < points, [&] {
+                return sluice::Error("mpm: a force on point " + std::to_string(sample.id[i]) + ", which is none of " +
+                                         std::to_string(points) + ".",
+                                     sluice::Exit::protocol);
+            });
+            loads[id] = Eigen::Map<Vec<D> const>(sample.force.data() + D * i);
+            force_ += loads[id];
+        }
+        return loads;
+    }
+    Vec<D> const& force() const { return force_; }  //!< on all points, of the last loads() [N]
+
+    void tell(State<D> const& state)
+    {
+        auto const to = self_.receivers("phase");
+        if (to.empty()) return;
+        id_.clear(), position_.clear(), velocity_.clear(), volume_.clear();
+        for (Point<D> const& p : state.points) {
+            id_.push_back(p.id);
+            position_.insert(position_.end(), p.place.data(), p.place.data() + D);
+            velocity_.insert(velocity_.end(), p.velocity.data(), p.velocity.data() + D);
+            volume_.push_back(solid_ * p.volume);
+        }
+        for (auto const& name : to) self_.write(name, sluice::SolidPhase{id_, position_, velocity_, volume_});
+    }
+
+ private:
+    sluice::Participant& self_;
+    std::string from_;
+    double solid_ = 0;  //!< volume of solid in that of a point at the start [-]
+    std::optional<sluice::Sampled<sluice::BodyForce>> samples_;
+    Vec<D> force_ = Vec<D>::Zero();
+    std::vector<std::int64_t> id_;
+    std::vector<double> position_, velocity_, volume_;
+};
+
 //! What the summary says about the start and the work with grains; a checkpoint keeps it, for that of a resumed run.
 struct Start
 {
@@ -126,10 +187,13 @@ struct Start
 
 //! One window in steps of our own: with `step: auto` as long as the speeds allow, what is left shared out evenly.
 template <int D>
-void advance(Solver<D>& solver, Config const& config, sluice::Window const& window, GrainEdge<D>& edge, Start& work)
+void advance(Solver<D>& solver, Config const& config, sluice::Window const& window, GrainEdge<D>& edge,
+             FluidEdge<D>& fluid, Start& work)
 {
     if (edge.exists()) edge.begin(window);
+    if (fluid.exists()) fluid.begin(window);
     auto const step = [&](double done, double dt) {
+        if (fluid.exists()) solver.set_loads(fluid.loads(window.begin + done + 0.5 * dt, solver.count()));
         if (edge.exists()) solver.set_grains(edge.grains(window.begin + done + dt, dt));
         solver.step(dt);
         if (!edge.exists()) return;
@@ -179,6 +243,7 @@ void run(sluice::Participant& self, Config const& config)
     Solver<D> solver = make_solver<D>(config);
     Start start = start_of(config, solver);
     GrainEdge<D> edge(self, config.cell);
+    FluidEdge<D> fluid(self, config.fluid);
     solver.set_friction(config.grain_friction.value_or(0));
     if (!edge.exists()) self.skipped("grains", "no participant sends kinematics", 1.0);
     self.propose_window((edge.exists() ? share_of_a_step : steps_of_a_window) * start.step);
@@ -195,25 +260,30 @@ void run(sluice::Participant& self, Config const& config)
     auto const front_depth = [&] { return config.front_depth.value_or(start.front_depth); };
     std::optional<Recorder<D>> recorder;
     auto const begin_recording = [&](std::optional<double> resumed_at) {
-        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, edge.exists(), resumed_at);
+        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash},
+                         typename Recorder<D>::Partners{edge.exists(), fluid.exists()}, resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
     if (!self.resumes()) {
         begin_recording(std::nullopt);
         recorder->picture(0.0, solver.state());
-        recorder->row(0.0, solver, front_depth(), start.balance, Vec<D>::Zero());
+        recorder->row(0.0, solver, front_depth(), start.balance, Vec<D>::Zero(), Vec<D>::Zero());
         edge.tell();
+        fluid.tell(solver.state());
     }
     sluice::Windows windows = self.windows();
     if (self.resumes()) begin_recording(self.resumed_at());
     bool const iterates = !self.scene().implicit.empty();
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());
-        advance(solver, config, window, edge, start);
+        advance(solver, config, window, edge, fluid, start);
         edge.tell();
+        fluid.tell(solver.state());
         if (iterates && !self.accepted(window)) continue;
         if (window.output) recorder->picture(window.end, solver.state());
-        if (window.series) recorder->row(window.end, solver, front_depth(), start.balance, edge.impulse(window.length));
+        if (window.series)
+            recorder->row(window.end, solver, front_depth(), start.balance, edge.impulse(window.length),
+                          window.length * fluid.force());
     }
     auto const r = run_out_of(solver.setup(), solver.state(), front_depth());
     auto const steps = static_cast<double>(std::max<std::int64_t>(1, solver.state().steps));
@@ -238,11 +308,13 @@ void run(sluice::Participant& self, Config const& config)
 
 void take_part(sluice::Participant& self)
 {
-    self.sends({"load"});
-    self.takes({"kinematics"});
+    self.sends({"load", "phase"});
+    self.takes({"kinematics", "body_force"});
     auto const& scene = self.scene();
     auto reader = self.config();
-    Config const config = read_config(reader, scene.dimension, scene.gravity, !self.senders("kinematics").empty());
+    bool const grains = !self.senders("kinematics").empty();
+    bool const fluid = !self.senders("body_force").empty() || !self.receivers("phase").empty();
+    Config const config = read_config(reader, scene.dimension, scene.gravity, grains, fluid);
     sluice::require(self.ranks() == 1, [&] {
         return sluice::Error("mpm: ranks = " + std::to_string(self.ranks()) + " (needed: ranks: 1, or none).");
     });

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "participants/mpm/packed_points.hpp"
 #include "participants/mpm/packed_stencil.hpp"
 
@@ -113,6 +115,26 @@ double to_grid(PackedPoints const& p, std::size_t begin, std::size_t end, double
         }
     }
     return 0.5 * sluice::packs::sum(kinetic);
+}
+
+//! Forces on the points, one for each in the order of the state, on the planes of a momentum.
+inline void loads_to_grid(PackedPoints const& p, std::span<Vec<2> const> loads, std::size_t begin, std::size_t end,
+                          double half_width, double cell, Planes const& box)
+{
+    for (std::size_t k = begin; k < end; k += 4) {
+        AxisWeights const ax(load(p[P::cx] + k), half_width), ay(load(p[P::cy] + k), half_width);
+        FourRows const rows(ax);
+        Pack x{}, y{};
+        for (std::size_t lane = 0; lane < 4 && k + lane < p.size(); ++lane) {
+            Vec<2> const& force = loads[static_cast<std::size_t>(p.order()[k + lane])];
+            x[lane] = force[0], y[lane] = force[1];
+        }
+        Momentum<false> const given(ax, ay, all(1), x, y, Pack{}, Pack{}, Pack{}, Pack{}, cell);
+        FourIndices const to = box.at(ax.first, ay.first);
+        for (int lane = 0; lane < 4; ++lane)
+            given.add(lane, rows.w[lane], box[g_qx] + to[lane], box[g_qy] + to[lane],
+                      static_cast<std::size_t>(box.stride));
+    }
 }
 
 //! What a step makes of the points of a chunk.

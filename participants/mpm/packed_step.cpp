@@ -149,6 +149,29 @@ void PackedStep::share_mean(std::size_t from, std::size_t volume, std::size_t va
     each_chunk([&](Chunk& c) { std::fill_n(c.planes[from], 2 * c.planes.plane, 0.0); });
 }
 
+//! Adds the loads to the forces of the nodes. Until strain needs them, n_ux and n_uy hold them by themselves.
+void PackedStep::take_loads(Setup<2> const& setup, double half_width, std::span<Vec<2> const> loads)
+{
+    each_chunk([&](Chunk& c) { loads_to_grid(points_, loads, c.begin, c.end, half_width, setup.cell, c.planes); });
+    add_boxes(g_qx, 2, n_ux);
+    each_chunk([&](Chunk& c) { std::fill_n(c.planes[g_qx], 2 * c.planes.plane, 0.0); });
+    for (std::size_t i = 0; i < nodes_.plane; ++i) {
+        nodes_[n_fx][i] += nodes_[n_ux][i];
+        nodes_[n_fy][i] += nodes_[n_uy][i];
+    }
+}
+
+//! Their work, once the nodes have moved.
+void PackedStep::book_loads(Setup<2> const& setup, double dt, Outcome& outcome)
+{
+    double const undamped = std::exp(setup.damping * dt);
+    double work = 0;
+    for (std::size_t i = 0; i < nodes_.plane; ++i)
+        work += nodes_[n_ux][i] * (nodes_[n_bx][i] + undamped * nodes_[n_vx][i]) +
+                nodes_[n_uy][i] * (nodes_[n_by][i] + undamped * nodes_[n_vy][i]);
+    outcome.booked.external_work += 0.5 * dt * work;
+}
+
 void PackedStep::move_nodes(Setup<2> const& setup, double dt, Outcome& outcome)
 {
     double const kept = std::exp(-setup.damping * dt), gx = setup.gravity[0], gy = setup.gravity[1];
@@ -262,7 +285,8 @@ void PackedStep::deform(double dt, Law const& law)
 }
 
 template <bool affine, bool musl, bool shared>
-void PackedStep::run(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome)
+void PackedStep::run(Setup<2> const& setup, double time, double dt, std::span<Vec<2> const> loads,
+                     GrainContacts<2>& grains, Outcome& outcome)
 {
     double const half_width = setup.basis == BasisKind::spline ? 0.5 : setup.half_width;
     if constexpr (shared) {
@@ -274,7 +298,9 @@ void PackedStep::run(Setup<2> const& setup, double time, double dt, GrainContact
             to_grid<affine, shared>(points_, c.begin, c.end, half_width, setup.cell, c.planes, nodes_);
     });
     add_boxes(g_mass, 5, n_mass);
+    if (!loads.empty()) take_loads(setup, half_width, loads);
     move_nodes(setup, dt, outcome);
+    if (!loads.empty()) book_loads(setup, dt, outcome);
     if (grains.any()) touch_grains(setup, time, dt, grains, outcome);
     hold_nodes(setup, time, outcome);
     auto const [low, high] = room_of<2>(setup);
@@ -299,8 +325,8 @@ void PackedStep::run(Setup<2> const& setup, double time, double dt, GrainContact
         deform<affine, shared>(dt, PackedElastic(std::get<LinearElastic>(setup.law)));
 }
 
-bool PackedStep::step(Setup<2> const& setup, double time, std::int64_t steps, double dt, GrainContacts<2>& grains,
-                      Outcome& outcome)
+bool PackedStep::step(Setup<2> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<2> const> loads,
+                      GrainContacts<2>& grains, Outcome& outcome)
 {
     std::optional<sluice::Team::Awake> awake;
     if (threads_ > 1) awake.emplace(*team_);
@@ -308,8 +334,8 @@ bool PackedStep::step(Setup<2> const& setup, double time, std::int64_t steps, do
     if (!lay_out(setup)) return false;
     outcome = {};
     auto const pick = [&]<bool affine, bool musl>() {
-        setup.shared_volume ? run<affine, musl, true>(setup, time, dt, grains, outcome)
-                            : run<affine, musl, false>(setup, time, dt, grains, outcome);
+        setup.shared_volume ? run<affine, musl, true>(setup, time, dt, loads, grains, outcome)
+                            : run<affine, musl, false>(setup, time, dt, loads, grains, outcome);
     };
     bool const musl = setup.scheme == Scheme::musl;
     if (setup.affine)

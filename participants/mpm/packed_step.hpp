@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "participants/mpm/grains.hpp"
@@ -48,9 +49,10 @@ class PackedStep
 
     void take(State<2> const& state) { points_.take(state); }
     void give(Setup<2> const& setup, State<2>& state) const { points_.give(state, setup.affine); }
-    //! False: the points lie so far apart that boxes of nodes would be mostly empty; nothing was done.
-    bool step(Setup<2> const& setup, double time, std::int64_t steps, double dt, GrainContacts<2>& grains,
-              Outcome& outcome);
+    //! `loads`: force on each point, in the order of the state [N/m], or none. False: the points lie so far apart that
+    //! boxes of nodes would be mostly empty; nothing was done.
+    bool step(Setup<2> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<2> const> loads,
+              GrainContacts<2>& grains, Outcome& outcome);
 
  private:
     //! A chunk's points, its nodes, its share of the sums.
@@ -74,12 +76,15 @@ class PackedStep
     void sort(Setup<2> const& setup);
     void add_boxes(std::size_t from, std::size_t count, std::size_t to);
     void share_mean(std::size_t from, std::size_t volume, std::size_t value, std::size_t mean);
+    void take_loads(Setup<2> const& setup, double half_width, std::span<Vec<2> const> loads);
     void move_nodes(Setup<2> const& setup, double dt, Outcome& outcome);
+    void book_loads(Setup<2> const& setup, double dt, Outcome& outcome);
     void touch_grains(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome);
     void hold_nodes(Setup<2> const& setup, double time, Outcome& outcome);
     void set_strain_velocities(Setup<2> const& setup, Outcome& outcome);
     template <bool affine, bool musl, bool shared>
-    void run(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome);
+    void run(Setup<2> const& setup, double time, double dt, std::span<Vec<2> const> loads, GrainContacts<2>& grains,
+             Outcome& outcome);
     template <bool affine, bool shared, class Law>
     void deform(double dt, Law const& law);
 

@@ -8,7 +8,7 @@ namespace mpm {
 namespace {
 
 template <int D>
-std::vector<std::string> headers(bool grains)
+std::vector<std::string> headers(typename Recorder<D>::Partners const& partners)
 {
     std::vector<std::string> columns{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
     for (char const* const energy : {"kinetic", "potential", "elastic", "dissipated_plastic", "dissipated_sliding",
@@ -16,8 +16,11 @@ std::vector<std::string> headers(bool grains)
         columns.push_back(std::string(energy) + (D == 2 ? " [J/m]" : " [J]"));
     for (int k = 0; k < D; ++k) columns.push_back(std::string("centre_") + "xyz"[k] + " [m]");
     columns.push_back(D == 2 ? "drift [J/m]" : "drift [J]");
-    for (int k = 0; grains && k < D; ++k)
-        columns.push_back(std::string("window_impulse_") + "xyz"[k] + (D == 2 ? " [N s/m]" : " [N s]"));
+    auto const impulse = [&](std::string const& name) {
+        for (int k = 0; k < D; ++k) columns.push_back(name + "_" + "xyz"[k] + (D == 2 ? " [N s/m]" : " [N s]"));
+    };
+    if (partners.grains) impulse("window_impulse");
+    if (partners.fluid) impulse("fluid_impulse");
     return columns;
 }
 
@@ -51,12 +54,12 @@ constexpr std::size_t stresses = D == 2 ? 4 : 6;
 }  // namespace
 
 template <int D>
-Recorder<D>::Recorder(sluice::RunNames const& names, bool grains, std::optional<double> resumed_at)
-    : grains_(grains),
+Recorder<D>::Recorder(sluice::RunNames const& names, Partners partners, std::optional<double> resumed_at)
+    : partners_(partners),
       series_(names.directory, names.participant, sluice::Precision::float32, resumed_at),
       archive_(names.directory / (names.participant + ".h5"),
                std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(names.scene_hash)}}, resumed_at),
-      table_(names.directory / (names.participant + ".csv"), headers<D>(grains), resumed_at)
+      table_(names.directory / (names.participant + ".csv"), headers<D>(partners), resumed_at)
 {}
 
 template <int D>
@@ -86,7 +89,8 @@ void Recorder<D>::picture(double time, State<D> const& state)
 }
 
 template <int D>
-void Recorder<D>::row(double time, Solver<D> const& solver, double front_depth, double balance, Vec<D> const& impulse)
+void Recorder<D>::row(double time, Solver<D> const& solver, double front_depth, double balance, Vec<D> const& impulse,
+                      Vec<D> const& fluid)
 {
     auto const r = run_out_of(solver.setup(), solver.state(), front_depth);
     auto const e = solver.energies();
@@ -97,7 +101,8 @@ void Recorder<D>::row(double time, Solver<D> const& solver, double front_depth, 
     auto const centre = centre_of_mass(solver.state());
     row.insert(row.end(), centre.data(), centre.data() + D);
     row.push_back(e.balance() - balance);
-    if (grains_) row.insert(row.end(), impulse.data(), impulse.data() + D);
+    if (partners_.grains) row.insert(row.end(), impulse.data(), impulse.data() + D);
+    if (partners_.fluid) row.insert(row.end(), fluid.data(), fluid.data() + D);
     table_.append(row);
 }
 

@@ -136,11 +136,11 @@ template <int D>
 bool Solver<D>::step_packed(double dt)
 {
     if constexpr (D == 2) {
-        if (!PackedStep::serves(setup_) || !loads_.empty()) return false;
+        if (!PackedStep::serves(setup_)) return false;
         if (!packed_has_points_) packed_.take(state_);
         packed_has_points_ = true;
         PackedStep::Outcome o;
-        if (!packed_.step(setup_, state_.time, state_.steps, dt, grains_, o)) return false;
+        if (!packed_.step(setup_, state_.time, state_.steps, dt, loads_, grains_, o)) return false;
         points_are_behind_ = true;
         state_.time += dt;
         ++state_.steps;

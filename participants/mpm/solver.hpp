@@ -52,6 +52,7 @@ class Solver
         return state_.points;
     }
     double time() const { return state_.time; }
+    std::size_t count() const { return state_.points.size(); }  //!< of points
     Energies energies() const { return mpm::energies(setup_, state()); }
     //! Force on each point [N] from now on; none: empty.
     void set_loads(std::vector<Vec<D>> loads) { loads_ = std::move(loads); }

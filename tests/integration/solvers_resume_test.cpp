@@ -338,6 +338,16 @@ TEST_CASE("boulder on a continuum: cut at any window and resumed, it leaves the 
     for (int const window : {1, 30}) check_cut(c, window);
 }
 
+TEST_CASE("continuum in a fluid that is not resolved: cut at any window and resumed, it leaves the same bits")
+{
+    Case const c("submerged_column.yaml", {{"soil", MPM_COMMAND}, {"liquid", LBM_COMMAND}},
+                 {"time.end=0.002", "time.window=4e-5", "output.interval=0.001", "output.series=0.0001",
+                  "participants.soil.config.cell=0.01", "participants.liquid.config.cell=5e-3",
+                  "participants.liquid.config.step=2e-5"});
+    c.run("whole");
+    for (int const window : {1, 30}) check_cut(c, window);
+}
+
 TEST_CASE("measures: killed or stopped and resumed, no row, picture or step is missing or there twice")
 {
     Case const c = measured();

@@ -220,6 +220,29 @@ TEST_CASE("grains of several processes: what cannot be shared is refused, with t
             "dem: on-death: restart with grains of 2 processes that are coupled");
 }
 
+TEST_CASE("a fluid that does not resolve: scenes without one of the two edges, or one of their blocks, are refused")
+{
+    in_threads::Scratch scratch;
+    auto const whole = shell::slurp(configs / "consolidation.yaml");
+    auto const refused = [&](std::vector<std::string> const& without, std::string const& reason) {
+        std::stringstream lines(whole);
+        std::ofstream scene(scratch.path() / "scene.yaml");
+        for (std::string line; std::getline(lines, line);)
+            if (std::ranges::none_of(without, [&](auto const& w) { return line.find(w) != std::string::npos; }))
+                scene << line << '\n';
+        scene.close();
+        auto const result =
+            shell::run({sluice_command, "check", scratch.path() / "scene.yaml"}, scratch.path() / "output", 60);
+        CHECK(result.exit == 2);
+        CHECK_MESSAGE(result.output.find(reason) != std::string::npos, result.output);
+    };
+    refused({"data: phase", "phase: {"}, "body_force to soil, but nobody sends a phase");
+    refused({"data: phase", "data: body_force", "fluid: {"}, "nobody sends one");
+    refused({"phase: {"}, "a partner sends solids finer than a cell");
+    refused({"fluid: {"}, "a partner computes the fluid in the pores");
+    refused({"data: phase", "data: body_force", "phase: {"}, "no partner computes one");
+}
+
 TEST_CASE("C08: third law across executables: in every window the grains take the impulse that the fluid gave")
 {
     // C08_conservation.csv (6): the impulse logged by the DEM equals that logged by the LBM, <= 1e-14, every window.

@@ -185,6 +185,10 @@ TEST_CASE("partner loads: sums by id, and a grain that is not there is refused")
         CHECK(loads.force() == dem::Vec2{8.25, 12.0});
         loads.take({{other, weak, still}});
         CHECK(loads.on_grains()[0].force == dem::Vec2{});
+        loads.take({{other, weak, {}}, {id, force, torque}});  // one of them knows no torque
+        CHECK(loads.on_grains()[1].force == dem::Vec2{0.25, 0.0});
+        CHECK(loads.on_grains()[1].torque == 0.0);
+        CHECK(loads.on_grains()[2].torque == 0.5);
         CHECK_THROWS_WITH_AS(loads.take({{foreign, weak, still}}), "a load on grain 5, which is none of the 3 grains.",
                              sluice::Error);
     }

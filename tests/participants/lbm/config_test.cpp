@@ -18,16 +18,16 @@ viscosity: 1e-5
 max_velocity: 0.5
 )";
 
-lbm::Config read(std::string const& text, std::array<double, 2> gravity = {0, -9.81})
+lbm::Config read(std::string const& text, std::array<double, 2> gravity = {0, -9.81}, bool phase = false)
 {
     sluice::Reader reader = sluice::read_yaml(text, "scene.yaml");
-    return lbm::read_config(reader, 2, {gravity[0], gravity[1], 0});
+    return lbm::read_config(reader, 2, {gravity[0], gravity[1], 0}, std::nullopt, phase);
 }
 
-std::string errors(std::string const& text)
+std::string errors(std::string const& text, bool phase = false)
 {
     try {
-        read(text);
+        read(text, {0, -9.81}, phase);
     } catch (sluice::Error const& e) {
         return e.what();
     }
@@ -157,4 +157,27 @@ TEST_CASE("config: near its limits it warns")
     CHECK(warns(c, "step"));
     c.viscosity = -1;
     CHECK(lbm::find_issues(c).front().refused);
+}
+
+TEST_CASE("config: solids finer than a cell need a law of drag, and somebody who sends them")
+{
+    std::string const fine = "phase: {drag: di_felice, diameter: 5e-4, solid_density: 2650, spread: 2}\n";
+    lbm::Config const c = read(whole + fine, {0, -9.81}, true);
+    REQUIRE(c.phase);
+    CHECK(c.phase->law == lbm::Drag::di_felice);
+    CHECK(c.phase->diameter == 5e-4);
+    CHECK(c.phase->solid_density == 2650);
+    CHECK(c.phase->spread == 2);
+    CHECK(contains(lbm::describe(c).back(), "bulk modulus"));
+    CHECK(contains(errors(whole + fine), "nobody sends one"));
+    CHECK(contains(errors(whole, true), "a partner sends solids finer than a cell"));
+    CHECK(
+        contains(errors(whole + "phase: {drag: ergun, diameter: 5e-4, solid_density: 900}\n", true), "solid_density"));
+    CHECK(contains(errors(whole + "phase: {drag: darcy, diameter: 5e-4, solid_density: 2650}\n", true), "drag"));
+}
+
+TEST_CASE("config: grains wider than a cell are warned of where they are not resolved")
+{
+    std::string const coarse = "phase: {drag: ergun, diameter: 2e-3, solid_density: 2650}\n";
+    CHECK(warns(read(whole + coarse, {0, -9.81}, true), "phase.diameter"));
 }

@@ -19,16 +19,16 @@ std::string const material =
     "material: {law: mohr_coulomb, density: 1900, youngs_modulus: 2e6, poissons_ratio: 0.25, friction_angle: 23}\n";
 std::string const column = "column: {width: 0.1, aspect_ratio: 0.8}\n";
 
-mpm::Config read(std::string const& text, int dimension = 2, bool grains = false)
+mpm::Config read(std::string const& text, int dimension = 2, bool grains = false, bool fluid = false)
 {
     sluice::Reader reader = sluice::read_yaml(text, "scene.yaml");
-    return mpm::read_config(reader, dimension, {0, -9.81, 0}, grains);
+    return mpm::read_config(reader, dimension, {0, -9.81, 0}, grains, fluid);
 }
 
-std::string errors(std::string const& text, int dimension = 2, bool grains = false)
+std::string errors(std::string const& text, int dimension = 2, bool grains = false, bool fluid = false)
 {
     try {
-        read(text, dimension, grains);
+        read(text, dimension, grains, fluid);
     } catch (sluice::Error const& e) {
         CHECK(e.exit() == sluice::Exit::config);
         return e.what();
@@ -200,4 +200,27 @@ TEST_CASE("setup: a step above the limit, a body without points and one outside 
     CHECK(contains(refused(c), "outside the domain"));
     c = read(domain + material + column + "gates: [{at: 0.05, removed_at: 1}]\n");
     CHECK(contains(refused(c), "behind a wall or gate"));
+}
+
+TEST_CASE("config: beside a fluid the matter has its mass less that of what it displaces, geostatic stress too")
+{
+    std::string const wet = domain + material + column + "geostatic: {}\nfluid: {density: 1000, porosity: 0.4}\n";
+    mpm::Config const c = read(wet, 2, false, true);
+    REQUIRE(c.fluid);
+    CHECK(c.density == close_to(1900 - 600));
+    auto const state = mpm::make_state<2>(c);
+    CHECK(state.points[0].mass == close_to(1300 * state.points[0].volume));
+    double const depth = 0.08 - state.points[0].place[1];
+    CHECK(state.points[0].matter.stress(1, 1) == close_to(-1300 * 9.81 * depth));
+}
+
+TEST_CASE("config: a fluid without a partner, a partner without a fluid, and matter lighter than what it displaces")
+{
+    std::string const fluid = "fluid: {density: 1000, porosity: 0.4}\n";
+    CHECK(contains(errors(domain + material + column + fluid), "no partner computes one"));
+    CHECK(contains(errors(domain + material + column, 2, false, true), "a partner computes the fluid in the pores"));
+    CHECK(contains(errors(domain + material + column + "fluid: {density: 4000, porosity: 0.4}\n", 2, false, true),
+                   "displaced has 2400 kg/m3"));
+    CHECK(contains(errors(domain + material + column + "fluid: {density: 1000, porosity: 1}\n", 2, false, true),
+                   "porosity"));
 }
