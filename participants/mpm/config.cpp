@@ -190,11 +190,13 @@ void read_geostatic(sluice::Reader& r, Config& c)
 
 }  // namespace
 
-Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity, bool grains)
+Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity, bool grains,
+                   sluice::Rotation const* rotation)
 {
     Config c;
     c.dimension = dimension;
     c.gravity = gravity;
+    if (rotation) c.rotation = *rotation;
     read_domain(r, c);
     read_scheme(r, c);
     sluice::Reader material = r.child("material");

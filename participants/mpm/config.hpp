@@ -43,11 +43,12 @@ inline constexpr double largest_courant = 0.6;
 struct Config
 {
     int dimension = 2;
-    std::array<double, 3> gravity{};  //!< [m/s2]
-    std::array<double, 3> origin{};   //!< lower corner of the domain [m]
-    std::array<double, 3> size{};     //!< [m], a whole number of cells
-    double cell = 0;                  //!< h [m]
-    int points = 2;                   //!< in a cell, along each axis
+    std::array<double, 3> gravity{};           //!< [m/s2]
+    std::optional<sluice::Rotation> rotation;  //!< of the frame of reference; absent: inertial
+    std::array<double, 3> origin{};            //!< lower corner of the domain [m]
+    std::array<double, 3> size{};              //!< [m], a whole number of cells
+    double cell = 0;                           //!< h [m]
+    int points = 2;                            //!< in a cell, along each axis
     BasisKind basis = BasisKind::gimp;
     Width width = Width::fixed;
     Scheme scheme = Scheme::musl;
@@ -70,7 +71,8 @@ struct Config
 };
 
 //! Reads a participant's `config:` block (keys: README.md). Every mistake becomes a problem of the reader; finish()
-//! throws them. `grains`: a partner sends some.
-Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity, bool grains = false);
+//! throws them. `grains`: a partner sends some. `rotation`: of the frame of reference; null: inertial.
+Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity, bool grains = false,
+                   sluice::Rotation const* rotation = nullptr);
 
 }  // namespace mpm

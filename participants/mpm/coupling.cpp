@@ -195,7 +195,9 @@ void run(sluice::Participant& self, Config const& config)
     auto const front_depth = [&] { return config.front_depth.value_or(start.front_depth); };
     std::optional<Recorder<D>> recorder;
     auto const begin_recording = [&](std::optional<double> resumed_at) {
-        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, edge.exists(), resumed_at);
+        bool const spins_up = config.rotation && config.rotation->ramp > 0;
+        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash},
+                         Extras{.field_work = spins_up, .grains = edge.exists()}, resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
     if (!self.resumes()) {
@@ -242,7 +244,8 @@ void take_part(sluice::Participant& self)
     self.takes({"kinematics"});
     auto const& scene = self.scene();
     auto reader = self.config();
-    Config const config = read_config(reader, scene.dimension, scene.gravity, !self.senders("kinematics").empty());
+    Config const config =
+        read_config(reader, scene.dimension, scene.gravity, !self.senders("kinematics").empty(), self.rotation());
     sluice::require(self.ranks() == 1, [&] {
         return sluice::Error("mpm: ranks = " + std::to_string(self.ranks()) + " (needed: ranks: 1, or none).");
     });

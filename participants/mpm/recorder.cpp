@@ -8,7 +8,7 @@ namespace mpm {
 namespace {
 
 template <int D>
-std::vector<std::string> headers(bool grains)
+std::vector<std::string> headers(Extras extras)
 {
     std::vector<std::string> columns{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
     for (char const* const energy : {"kinetic", "potential", "elastic", "dissipated_plastic", "dissipated_sliding",
@@ -16,7 +16,8 @@ std::vector<std::string> headers(bool grains)
         columns.push_back(std::string(energy) + (D == 2 ? " [J/m]" : " [J]"));
     for (int k = 0; k < D; ++k) columns.push_back(std::string("centre_") + "xyz"[k] + " [m]");
     columns.push_back(D == 2 ? "drift [J/m]" : "drift [J]");
-    for (int k = 0; grains && k < D; ++k)
+    if (extras.field_work) columns.push_back(D == 2 ? "field_work [J/m]" : "field_work [J]");
+    for (int k = 0; extras.grains && k < D; ++k)
         columns.push_back(std::string("window_impulse_") + "xyz"[k] + (D == 2 ? " [N s/m]" : " [N s]"));
     return columns;
 }
@@ -51,12 +52,12 @@ constexpr std::size_t stresses = D == 2 ? 4 : 6;
 }  // namespace
 
 template <int D>
-Recorder<D>::Recorder(sluice::RunNames const& names, bool grains, std::optional<double> resumed_at)
-    : grains_(grains),
+Recorder<D>::Recorder(sluice::RunNames const& names, Extras extras, std::optional<double> resumed_at)
+    : extras_(extras),
       series_(names.directory, names.participant, sluice::Precision::float32, resumed_at),
       archive_(names.directory / (names.participant + ".h5"),
                std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(names.scene_hash)}}, resumed_at),
-      table_(names.directory / (names.participant + ".csv"), headers<D>(grains), resumed_at)
+      table_(names.directory / (names.participant + ".csv"), headers<D>(extras), resumed_at)
 {}
 
 template <int D>
@@ -97,7 +98,8 @@ void Recorder<D>::row(double time, Solver<D> const& solver, double front_depth, 
     auto const centre = centre_of_mass(solver.state());
     row.insert(row.end(), centre.data(), centre.data() + D);
     row.push_back(e.balance() - balance);
-    if (grains_) row.insert(row.end(), impulse.data(), impulse.data() + D);
+    if (extras_.field_work) row.push_back(e.booked.field_work);
+    if (extras_.grains) row.insert(row.end(), impulse.data(), impulse.data() + D);
     table_.append(row);
 }
 

@@ -11,13 +11,20 @@
 
 namespace mpm {
 
+//! Columns of the time series that not every run has.
+struct Extras
+{
+    bool field_work = false;  //!< the rate of the frame changes
+    bool grains = false;      //!< the impulse on those of a partner
+};
+
 //! What a run leaves behind: ParaView series and HDF5 archive of the points, time series. The layout is in README.md.
 template <int D>
 class Recorder
 {
  public:
-    //! `grains`: with the impulse on them. A resumed run goes on with what is there up to `resumed_at` [s].
-    Recorder(sluice::RunNames const& names, bool grains, std::optional<double> resumed_at = std::nullopt);
+    //! A resumed run goes on with what is there up to `resumed_at` [s].
+    Recorder(sluice::RunNames const& names, Extras extras, std::optional<double> resumed_at = std::nullopt);
     //! Right after the constructor: what the archive lacks of the earlier part of a resumed run; empty: nothing.
     std::string remark() const { return archive_.remark(series_.frames()); }
 
@@ -27,7 +34,7 @@ class Recorder
     void close() { archive_.close(); }
 
  private:
-    bool grains_;
+    Extras extras_;
     sluice::PointSeries series_;
     sluice::Archive archive_;
     sluice::Table table_;

@@ -3,8 +3,10 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
+#include "participants/frame/rotating_frame.hpp"
 #include "participants/mpm/basis.hpp"
 #include "participants/mpm/laws.hpp"
 
@@ -84,7 +86,8 @@ struct Setup
     bool one_at_a_time = false;  //!< the plain way, where the plane has a faster one
     double damping = 0;          //!< of all velocities [1/s]
     double courant = 0.4;
-    Vec<D> gravity = Vec<D>::Zero();  //!< [m/s2]
+    Vec<D> gravity = Vec<D>::Zero();               //!< [m/s2]
+    std::optional<frame::RotatingFrame<D>> frame;  //!< none: inertial
     Law law = LinearElastic{};
     std::vector<Wall> walls;
     std::vector<Traction<D>> tractions;
@@ -98,6 +101,7 @@ struct Booked
     double damping = 0;        //!< dissipated by Setup::damping
     double numerical = 0;      //!< lost between points and grid, and where a wall stops a node; < 0: gained
     double external_work = 0;  //!< done on the points by tractions and loads
+    double field_work = 0;     //!< done by a frame whose rate changes
 };
 
 //! What changes.

@@ -54,6 +54,7 @@ TEST_CASE("config: defaults")
                 column)
                .shared_volume);
     CHECK(c.damping == 0);
+    CHECK(!c.rotation);
     CHECK(c.courant == 0.4);
     CHECK(!c.step);
     CHECK(!c.geostatic);
