@@ -63,6 +63,7 @@ struct Config
     std::vector<BodyConfig> bodies;
     std::optional<ColumnConfig> column;
     std::vector<Wall> walls;
+    std::vector<Plate<3>> plates;
     std::optional<GeostaticConfig> geostatic;
     std::optional<double>
         front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of the root of its area

@@ -111,6 +111,10 @@ Setup<D> make_setup(Config const& c)
     if (c.rotation) setup.frame.emplace(*c.rotation);
     setup.law = c.law;
     setup.walls = c.walls;
+    auto const own = [](Vec3 const& v) -> Vec<D> { return v.head<D>(); };
+    for (Plate<3> const& p : c.plates)
+        setup.plates.push_back(
+            {own(p.point), own(p.normal), p.friction, motion::converted<Vec<D>>(p.motion, own), p.removed_at});
     return setup;
 }
 

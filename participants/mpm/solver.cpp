@@ -71,7 +71,23 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
                              " m, behind a wall or gate at " + number(w.place) + " m (must be on its free side).");
             });
     }
+    for (Point<D> const& p : state_.points)
+        for (Plate<D> const& plate : setup_.plates)
+            require(plate.removed_at <= state_.time ||
+                        (p.place - plate.point - plate.motion.shift(state_.time)).dot(plate.normal) > 0,
+                    [&] {
+                        return Error("mpm: point " + std::to_string(p.id) + " starts at " + text_of<D>(p.place) +
+                                     " m, behind a plate (must be where its normal points to).");
+                    });
     find_speed();
+}
+
+template <int D>
+double Solver<D>::limit() const
+{
+    double fastest = std::max(speed_, grains_.speed());
+    for (Plate<D> const& plate : setup_.plates) fastest = std::max(fastest, plate.motion.speed(state_.time).norm());
+    return setup_.cell / fastest;
 }
 
 template <int D>
@@ -111,6 +127,7 @@ void Solver<D>::step(double dt)
                          number(limit()) + " s, one cell at " + number(speed_) + " m/s). Try step: auto.",
                      Exit::numerical);
     });
+    if (!setup_.plates.empty()) grains_.set_plates(plates_at(setup_, state_.time, dt));
     if (step_packed(dt)) return;
     step_plain(dt);
 }

@@ -35,7 +35,7 @@ class Solver
     //! `courant` cells at the speed of the fastest wave over the fastest point [s].
     double longest_step() const { return setup_.courant * limit(); }
     //! One cell at that speed [s]; step() refuses more.
-    double limit() const { return setup_.cell / std::max(speed_, grains_.speed()); }
+    double limit() const;
 
     //! Whether a point may be there: in the domain, or in a side that is a wall by less than half a cell, where nothing
     //! moves it further.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "participants/frame/rotating_frame.hpp"
+#include "participants/motion/prescribed_motion.hpp"
 #include "participants/mpm/basis.hpp"
 #include "participants/mpm/laws.hpp"
 
@@ -43,6 +44,17 @@ struct Wall
     double place = 0;  //!< [m]
     WallKind kind = WallKind::roller;
     double friction = 0;                                          //!< mu, of a rough one
+    double removed_at = std::numeric_limits<double>::infinity();  //!< [s]
+};
+
+//! A plane anywhere, that moves as it is told. Matter lies where its normal points to, and may leave it.
+template <int D>
+struct Plate
+{
+    Vec<D> point = Vec<D>::Zero();   //!< on it, before it moves [m]
+    Vec<D> normal = Vec<D>::Zero();  //!< unit vector
+    double friction = 0;             //!< mu
+    motion::PrescribedMotion<Vec<D>> motion = {};
     double removed_at = std::numeric_limits<double>::infinity();  //!< [s]
 };
 
@@ -90,6 +102,7 @@ struct Setup
     std::optional<frame::RotatingFrame<D>> frame;  //!< none: inertial
     Law law = LinearElastic{};
     std::vector<Wall> walls;
+    std::vector<Plate<D>> plates;
     std::vector<Traction<D>> tractions;
 };
 
@@ -100,7 +113,7 @@ struct Booked
     double sliding = 0;        //!< dissipated by friction at walls
     double damping = 0;        //!< dissipated by Setup::damping
     double numerical = 0;      //!< lost between points and grid, and where a wall stops a node; < 0: gained
-    double external_work = 0;  //!< done on the points by tractions and loads
+    double external_work = 0;  //!< done on the points by tractions, loads, grains and plates
     double field_work = 0;     //!< done by a frame whose rate changes
 };
 

@@ -121,6 +121,9 @@ TEST_CASE("measures: the front is that of the main mass, height that at the back
     CHECK(mpm::run_out_of(solver.setup(), tongue, 0.004).front == close_to(0.15 + 0.02 * (0.5 - 0.004 / 0.005)));
     CHECK(mpm::run_out_of(solver.setup(), tongue, 0.006).front ==
           close_to(0.1 + 0.02 * (0.5 - (0.006 - 0.005) / (0.095 - 0.005))));
+    auto away = solver.state();  // from the back wall
+    for (auto& p : away.points) p.place[0] += 0.1;
+    CHECK(mpm::run_out_of(solver.setup(), away, 0.005).front == close_to(r.front + 0.1));
     auto const centre = mpm::centre_of_mass(solver.state());
     CHECK(centre[0] == close_to((0.01 * 0.05 + 0.003 * 0.31) / 0.013));
     CHECK(centre[1] == close_to((0.01 * 0.05 + 0.003 * 0.075) / 0.013));

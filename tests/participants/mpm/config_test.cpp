@@ -202,3 +202,30 @@ TEST_CASE("setup: a step above the limit, a body without points and one outside 
     c = read(domain + material + column + "gates: [{at: 0.05, removed_at: 1}]\n");
     CHECK(contains(refused(c), "behind a wall or gate"));
 }
+
+TEST_CASE("config: plates, and how they move")
+{
+    auto const c = read(domain + material + column +
+                        "plates:\n"
+                        "  - {point: [0.1, 0.2], normal: [0, 2], friction: 0.3, velocity: [0.5, 0], moves_from: 0.1, "
+                        "moves_until: 0.3, removed_at: 2}\n"
+                        "  - {point: [0, 0], normal: [1, 1], oscillation: {amplitude: [0.001, 0], frequency: 50}}\n"
+                        "  - {point: [0, 0], normal: [0, 1], velocities: [{at: 0.1, velocity: [0, 0]}, {at: 0.2, "
+                        "velocity: [1, 0]}]}\n");
+    REQUIRE(c.plates.size() == 3);
+    CHECK(c.plates[0].normal == mpm::Vec3(0, 1, 0));
+    CHECK(c.plates[0].friction == 0.3);
+    CHECK(c.plates[0].removed_at == 2);
+    CHECK(c.plates[0].motion.shift(1.0)[0] == close_to(0.1));
+    CHECK(c.plates[1].normal.norm() == close_to(1.0));
+    CHECK(c.plates[1].friction == 0);
+    CHECK(c.plates[1].motion.shift(0.005)[0] == close_to(0.001));
+    CHECK(c.plates[2].motion.shift(0.3)[0] == close_to(0.05));
+    CHECK(c.plates[2].motion.speed(0.15)[0] == close_to(0.5));
+    auto const setup = mpm::make_setup<2>(c);
+    REQUIRE(setup.plates.size() == 3);
+    CHECK(setup.plates[2].motion.speed(0.15) == mpm::Vec<2>(c.plates[2].motion.speed(0.15).head<2>()));
+    auto const wrong = errors(domain + material + column + "plates: [{point: [0, 0], normal: [0, 0], frction: 1}]\n");
+    CHECK(contains(wrong, "plates[0].normal: has no length"));
+    CHECK(contains(wrong, "frction"));
+}

@@ -197,6 +197,48 @@ TEST_CASE("solver: energies balance in a frame that spins up, plane and space")
     check.operator()<3>();
 }
 
+TEST_CASE("solver: a plate takes matter along, may be left, vanishes, and its work is in the balance, plane and space")
+{
+    auto const check = [&]<int D>() {
+        mpm::Config c = box<D>(2, {0.5, 0.5, 0.5}, {1.0, 1.0, 1.0});
+        mpm::Plate<3> plate{.point = {0.47, 0, 0}, .normal = {1, 0, 0}, .friction = 0.5};  // off the grid
+        plate.motion.velocity = {0.5, 0, 0};
+        plate.motion.end = 0.2;
+        c.plates = {plate};
+        auto solver = mpm::make_solver<D>(c);
+        auto const start = solver.energies();
+        double impulse = 0;
+        while (solver.time() < 0.4) {
+            solver.step(0.2 * solver.limit());
+            impulse -= solver.grains().plate_impulses()[0][0];
+        }
+        CHECK(impulse > 0);
+        CHECK(unit::momentum(solver.state())[0] == close_to(impulse).epsilon(1e-12));
+        CHECK(solver.energies().booked.external_work > 0);
+        CHECK(solver.energies().balance() == close_to(start.balance()).scale(solver.energies().kinetic).epsilon(0.02));
+        double back = 2;  // it stays where it is since 0.2 s, the block goes on
+        for (auto const& p : solver.state().points) back = std::min(back, p.place[0]);
+        CHECK(back > 0.47 + 0.1 + 0.05);
+        c.plates[0].removed_at = 0;
+        auto free = mpm::make_solver<D>(c);
+        while (free.time() < 0.1) free.step(0.2 * free.limit());
+        CHECK(free.energies().kinetic == 0);
+        c.plates[0].removed_at = HUGE_VAL;
+        c.plates[0].point = {0.6, 0, 0};
+        try {
+            mpm::make_solver<D>(c);
+            FAIL("points behind a plate");
+        } catch (sluice::Error const& e) {
+            CHECK(contains(e.what(), "behind a plate"));
+        }
+        c.plates[0].point = {0.47, 0, 0};
+        c.plates[0].motion.velocity = {1e3, 0, 0};
+        CHECK(mpm::make_solver<D>(c).limit() < 1.01e-4);
+    };
+    check.operator()<2>();
+    check.operator()<3>();
+}
+
 TEST_CASE("solver: loads and tractions do the work that is booked")
 {
     mpm::Config c = box<2>(2, {0.5, 0.5, 0}, {1.0, 1.0, 0});
