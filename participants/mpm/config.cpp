@@ -208,7 +208,7 @@ void read_geostatic(sluice::Reader& r, Config& c)
     if (std::holds_alternative<NeoHookean>(c.law))
         r.problem("geostatic",
                   "stands beside material.law = neo_hookean, whose stress follows from its deformation "
-                  "(needs linear_elastic or mohr_coulomb).");
+                  "(needs another law).");
     c.geostatic = g;
 }
 
@@ -227,7 +227,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     c.density = material.number("density", {.above = 0.0, .unit = "kg/m3"});
     c.law = read_law(material);
     material.finish();
-    c.shared_volume = r.flag_or("shared_volume", std::holds_alternative<MohrCoulomb>(c.law));
+    c.shared_volume = r.flag_or("shared_volume", is_plastic(c.law));
     read_walls(r, c);
     read_gates(r, c);
     read_plates(r, c);

@@ -43,7 +43,8 @@ PackedStep::~PackedStep() = default;
 bool PackedStep::serves(Setup<2> const& setup)
 {
     return setup.basis != BasisKind::linear && setup.width == Width::fixed && setup.tractions.empty() &&
-           !std::holds_alternative<NeoHookean>(setup.law) && !setup.one_at_a_time;
+           (std::holds_alternative<MohrCoulomb>(setup.law) || std::holds_alternative<LinearElastic>(setup.law)) &&
+           !setup.one_at_a_time;
 }
 
 template <class Each>

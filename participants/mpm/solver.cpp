@@ -209,7 +209,7 @@ void Solver<D>::step_plain(double dt)
     state_.time += dt;
     ++state_.steps;
     check_places();
-    double const work = deform(), fallen = work_of_field(field);
+    double const work = deform(dt), fallen = work_of_field(field);
     find_speed();
     Booked& booked = state_.booked;
     if (changes) booked.field_work += potential_energy(setup_, state_, state_.time) - potential + fallen;
@@ -342,14 +342,14 @@ void Solver<D>::share_volume()
 
 //! Returns the work that the stress did in it [J].
 template <int D>
-double Solver<D>::deform()
+double Solver<D>::deform(double dt)
 {
     double work = 0;
     auto const each = [&](auto const& law) {
         for (std::size_t p = 0; p < increments_.size(); ++p) {
             Point<D>& point = state_.points[p];
             Mat3 const change = in_space(increments_[p], 1);
-            Increment const step(change);
+            Increment const step(change, dt);
             double const ratio = point.matter.ratio * step.ratio, volume = point.volume_now();
             Mat3 const old = step.turned(point.matter.stress);
             point.matter.gradient = change * point.matter.gradient;

@@ -87,7 +87,7 @@ class Solver
     void set_strain_velocities();
     std::vector<double> shifts_of_stress() const;
     void share_volume();
-    double deform();
+    double deform(double dt);
     double work_of_field(Field<D> const& field) const;
     bool field_changes() const;
     void check_places() const;

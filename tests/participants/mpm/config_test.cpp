@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <numbers>
 #include <string>
 
@@ -228,4 +229,26 @@ TEST_CASE("config: plates, and how they move")
     auto const wrong = errors(domain + material + column + "plates: [{point: [0, 0], normal: [0, 0], frction: 1}]\n");
     CHECK(contains(wrong, "plates[0].normal: has no length"));
     CHECK(contains(wrong, "frction"));
+}
+
+TEST_CASE("config: Drucker-Prager and mu(I)")
+{
+    std::string const elastic = "density: 1900, youngs_modulus: 2e6, poissons_ratio: 0.25, ";
+    auto const soil = read(domain + column + "material: {law: drucker_prager, " + elastic +
+                           "friction_angle: 30, cohesion: 100, cone: compression, tension: 50}\n");
+    auto const& cone = std::get<mpm::DruckerPrager>(soil.law).surface;
+    CHECK(cone.slope() == close_to(6 * 0.5 / (std::sqrt(3.0) * 2.5)));
+    CHECK(cone.tip() == 50);
+    CHECK(soil.shared_volume);
+    auto const wrong = errors(domain + column + "material: {law: drucker_prager, " + elastic +
+                              "friction_angle: 30, dilation_angle: 31, cohesion: 100, tension: 1e6}\n");
+    CHECK(contains(wrong, "dilation_angle = 31 degrees (must be at most"));
+    CHECK(contains(wrong, "tip of the cone"));
+    std::string const rates = "material: {law: mu_of_i, " + elastic +
+                              "static_friction: 0.38, inertial_number: 0.28, grain_diameter: 1e-3, "
+                              "grain_density: 2600, limit_friction: ";
+    auto const grains = read(domain + column + rates + "0.64}\n");
+    CHECK(std::get<mpm::MuOfI>(grains.law).limit_friction == 0.64);
+    CHECK(grains.shared_volume);
+    CHECK(contains(errors(domain + column + rates + "0.3}\n"), "limit_friction = 0.3"));
 }
