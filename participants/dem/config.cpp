@@ -10,6 +10,7 @@
 #include "participants/dem/config_parts.hpp"
 #include "participants/dem/half_step.hpp"
 #include "participants/dem/restitution.hpp"
+#include "participants/motion/read_motion.hpp"
 
 namespace dem {
 namespace {
@@ -49,30 +50,6 @@ void read_cylinder(Reader r, int dimension, WallConfig& w)
     r.finish();
 }
 
-WallMotion<3> read_motion(Reader& r, int dimension)
-{
-    WallMotion<3> m;
-    m.velocity = vector_from(r.numbers_or("velocity", zeros(dimension), {.min = -1e3, .max = 1e3, .unit = "m/s"}));
-    if (auto swing = r.child_if("oscillation")) {
-        m.amplitude = vector_from(swing->numbers("amplitude", size_of(dimension), lengths));
-        m.frequency = swing->number("frequency", {.above = 0.0, .max = 1e6, .unit = "Hz"});
-        swing->finish();
-    }
-    for (auto& knot : r.list("velocities")) {
-        m.knots.push_back(
-            {knot.number("at", {.min = 0.0, .unit = "s"}),
-             vector_from(knot.numbers("velocity", size_of(dimension), {.min = -1e3, .max = 1e3, .unit = "m/s"}))});
-        if (m.knots.size() > 1 && !(m.knots.back().time > m.knots[m.knots.size() - 2].time))
-            knot.refuse("at", "is not after the one before (times must ascend).");
-        knot.finish();
-    }
-    if (m.knots.size() == 1) r.problem("velocities", "has one entry (needs two: from where, to where).");
-    if (!m.moves()) return m;
-    m.begin = r.number_or("moves_from", 0.0, {.min = 0.0, .unit = "s"});
-    if (auto const end = r.number_if("moves_until", {.min = m.begin, .unit = "s"})) m.end = *end;
-    return m;
-}
-
 WallConfig read_wall(Reader r, int dimension, ContactConfig const& grains)
 {
     WallConfig w;
@@ -92,7 +69,7 @@ WallConfig read_wall(Reader r, int dimension, ContactConfig const& grains)
         w.contact.friction = read_friction(r, grains.friction);
     if (w.contact.rolling != grains.rolling)
         r.problem("contact", "has another law of rolling than the grains (use one law; only its numbers may differ).");
-    w.motion = read_motion(r, dimension);
+    w.motion = motion::read_motion(r, size_of(dimension), vector_from);
     if (auto const time = r.number_if("removed_at", {.min = 0.0, .unit = "s"})) w.removed_at = *time;
     r.finish();
     return w;

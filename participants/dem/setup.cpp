@@ -12,14 +12,6 @@ namespace dem {
 namespace {
 
 template <int D>
-std::vector<Knot<D>> knots_of(WallMotion<3> const& motion)
-{
-    std::vector<Knot<D>> knots;
-    for (auto const& [time, velocity] : motion.knots) knots.push_back({time, to_dimension<D>(velocity)});
-    return knots;
-}
-
-template <int D>
 Shape<D> shape_of(WallConfig const& wall)
 {
     if (wall.mesh) {
@@ -59,12 +51,7 @@ Setup<D> make_setup(Config const& config, Ledger ledger)
     for (WallConfig const& wall : config.walls) {
         setup.walls.push_back({.name = wall.name,
                                .shape = shape_of<D>(wall),
-                               .motion = {.velocity = to_dimension<D>(wall.motion.velocity),
-                                          .amplitude = to_dimension<D>(wall.motion.amplitude),
-                                          .frequency = wall.motion.frequency,
-                                          .begin = wall.motion.begin,
-                                          .end = wall.motion.end,
-                                          .knots = knots_of<D>(wall.motion)},
+                               .motion = motion::converted<Vec<D>>(wall.motion, to_dimension<D>),
                                .law = contact_law(wall.contact),
                                .removed_at = wall.removed_at});
         f.friction = f.friction || wall.contact.friction > 0.0;

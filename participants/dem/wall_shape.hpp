@@ -1,14 +1,12 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
-#include <numbers>
 #include <variant>
 #include <vector>
 
 #include "participants/dem/facet_tree.hpp"
+#include "participants/motion/prescribed_motion.hpp"
 
 //! What walls look like and how they move. No physics.
 namespace dem {
@@ -70,61 +68,7 @@ inline constexpr bool is_mesh<Mesh<D>> = true;
 template <int D>
 using Shape = std::variant<Plane<D>, Cylinder<D>, Mesh<D>>;
 
-//! A velocity at a time.
 template <int D>
-struct Knot
-{
-    double time = 0.0;  //!< [s]
-    Vec<D> velocity;    //!< [m/s]
-};
-
-//! A wall's displacement over time:  from `begin` to `end` at `velocity`, and `amplitude` sin(2 pi f (t - begin)); and
-//! by a velocity that goes straight from knot to knot, none before the first and behind the last.
-template <int D>
-struct WallMotion
-{
-    Vec<D> velocity;                                       //!< [m/s]
-    Vec<D> amplitude;                                      //!< [m]
-    double frequency = 0.0;                                //!< [Hz]
-    double begin = 0.0;                                    //!< [s]
-    double end = std::numeric_limits<double>::infinity();  //!< [s]; the wall then stays where it is
-
-    std::vector<Knot<D>> knots;  //!< times ascending
-
-    bool moves() const noexcept
-    {
-        return dot(velocity, velocity) > 0.0 || dot(amplitude, amplitude) > 0.0 || !knots.empty();
-    }
-
-    Vec<D> shift(double time) const noexcept
-    {
-        double const since = std::min(std::max(time, begin), end) - begin;
-        Vec<D> sum = since * velocity + std::sin(2.0 * std::numbers::pi * frequency * since) * amplitude;
-        for (std::size_t k = 1; k < knots.size() && knots[k - 1].time < time; ++k) {
-            double const until = std::min(time, knots[k].time);
-            sum += 0.5 * (until - knots[k - 1].time) * (knots[k - 1].velocity + between(k, until));
-        }
-        return sum;
-    }
-    Vec<D> speed(double time) const noexcept
-    {
-        Vec<D> sum{};
-        if (time >= begin && time <= end) {
-            double const turns = 2.0 * std::numbers::pi * frequency;
-            sum = velocity + turns * std::cos(turns * (time - begin)) * amplitude;
-        }
-        for (std::size_t k = 1; k < knots.size(); ++k)
-            if (time >= knots[k - 1].time && time < knots[k].time) return sum + between(k, time);
-        return sum;
-    }
-
- private:
-    //! The velocity at a time between knots k - 1 and k.
-    Vec<D> between(std::size_t k, double time) const noexcept
-    {
-        Knot<D> const &a = knots[k - 1], &b = knots[k];
-        return a.velocity + (time - a.time) / (b.time - a.time) * (b.velocity - a.velocity);
-    }
-};
+using WallMotion = motion::PrescribedMotion<Vec<D>>;
 
 }  // namespace dem

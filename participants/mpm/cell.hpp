@@ -23,4 +23,13 @@ Cell<D> cell_of(Setup<D> const& setup, Vec<D> const& place)
     return cell;
 }
 
+//! The lower corner of a cell, where the node of its number is.
+template <int D>
+Vec<D> corner_of(Setup<D> const& setup, Cell<D> const& cell)
+{
+    Vec<D> place = setup.origin;
+    for (std::size_t k = 0; k < D; ++k) place[static_cast<int>(k)] += setup.cell * cell[k];
+    return place;
+}
+
 }  // namespace mpm

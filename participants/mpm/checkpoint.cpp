@@ -61,7 +61,8 @@ void keep(Solver<D> const& solver, sluice::State& kept)
         kept.put(name, std::span<double const>(values));
     });
     Booked const& b = state.booked;
-    kept.put("booked", std::vector<double>{b.plastic, b.sliding, b.damping, b.numerical, b.external_work});
+    kept.put("booked",
+             std::vector<double>{b.plastic, b.sliding, b.damping, b.numerical, b.external_work, b.field_work});
     kept.put_number("time", state.time);
     kept.put_integer("steps", state.steps);
     kept.put_integer("light_nodes", solver.light_nodes());
@@ -90,8 +91,8 @@ void restore(Solver<D>& solver, sluice::State const& kept)
         auto const values = kept.numbers(name, count * ids.size());
         for (std::size_t p = 0; p < ids.size(); ++p) std::copy_n(values.data() + count * p, count, at(state.points[p]));
     });
-    auto const booked = kept.numbers("booked", 5);
-    state.booked = {booked[0], booked[1], booked[2], booked[3], booked[4]};
+    auto const booked = kept.numbers("booked", 6);
+    state.booked = {booked[0], booked[1], booked[2], booked[3], booked[4], booked[5]};
     state.time = kept.number("time");
     state.steps = kept.integer("steps");
     require_usable(solver, state);

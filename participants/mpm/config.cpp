@@ -6,6 +6,7 @@
 #include "coupler/scene/reader.hpp"
 #include "coupler/scene/side_names.hpp"
 #include "coupler/scene/threads.hpp"
+#include "participants/motion/read_motion.hpp"
 #include "participants/mpm/law_config.hpp"
 
 namespace mpm {
@@ -129,6 +130,29 @@ void read_gates(sluice::Reader& r, Config& c)
     }
 }
 
+Vec3 eigen(std::array<double, 3> const& v)
+{
+    return {v[0], v[1], v[2]};
+}
+
+void read_plates(sluice::Reader& r, Config& c)
+{
+    for (sluice::Reader plate : r.list("plates")) {
+        Plate<3> p;
+        p.point = eigen(vector_of(plate, "point", c.dimension, {.unit = "m"}));
+        p.normal = eigen(vector_of(plate, "normal", c.dimension, {.min = -1e6, .max = 1e6}));
+        if (!(p.normal.norm() > 0) && plate.has("normal"))
+            plate.problem("normal", "has no length (needed: a vector towards the matter).");
+        p.normal.normalize();
+        p.friction = plate.number_or("friction", 0.0, {.min = 0.0});
+        p.motion = motion::read_motion(plate, static_cast<std::size_t>(c.dimension),
+                                       [](std::vector<double> const& v) { return eigen(three(v)); });
+        if (auto const time = plate.number_if("removed_at", {.min = 0.0, .unit = "s"})) p.removed_at = *time;
+        plate.finish();
+        c.plates.push_back(p);
+    }
+}
+
 BodyConfig read_body(sluice::Reader& r, int dimension)
 {
     BodyConfig body;
@@ -184,7 +208,7 @@ void read_geostatic(sluice::Reader& r, Config& c)
     if (std::holds_alternative<NeoHookean>(c.law))
         r.problem("geostatic",
                   "stands beside material.law = neo_hookean, whose stress follows from its deformation "
-                  "(needs linear_elastic or mohr_coulomb).");
+                  "(needs another law).");
     c.geostatic = g;
 }
 
@@ -217,21 +241,23 @@ void read_fluid(sluice::Reader& r, Config& c, bool coupled)
 
 }  // namespace
 
-Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity, bool grains, bool fluid)
+Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const& gravity, Beside const& beside)
 {
     Config c;
     c.dimension = dimension;
     c.gravity = gravity;
+    if (beside.rotation) c.rotation = *beside.rotation;
     read_domain(r, c);
     read_scheme(r, c);
     sluice::Reader material = r.child("material");
     c.density = material.number("density", {.above = 0.0, .unit = "kg/m3"});
     c.law = read_law(material);
     material.finish();
-    read_fluid(r, c, fluid);
-    c.shared_volume = r.flag_or("shared_volume", std::holds_alternative<MohrCoulomb>(c.law));
+    read_fluid(r, c, beside.fluid);
+    c.shared_volume = r.flag_or("shared_volume", is_plastic(c.law));
     read_walls(r, c);
     read_gates(r, c);
+    read_plates(r, c);
     read_column(r, c);
     for (sluice::Reader body : r.list("bodies")) c.bodies.push_back(read_body(body, dimension));
     if (c.bodies.empty()) r.problem("column", "is missing (give column, bodies or both).");
@@ -239,7 +265,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     if (auto contact = r.child_if("grains")) {
         c.grain_friction = contact->number("friction", {.min = 0.0});
         contact->finish();
-    } else if (grains) {
+    } else if (beside.grains) {
         r.problem("grains",
                   "is missing (a partner sends grains: needs the friction of the matter on them). Try grains: "
                   "{friction: 0.5}.");

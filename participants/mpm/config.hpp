@@ -50,11 +50,12 @@ inline constexpr double largest_courant = 0.6;
 struct Config
 {
     int dimension = 2;
-    std::array<double, 3> gravity{};  //!< [m/s2]
-    std::array<double, 3> origin{};   //!< lower corner of the domain [m]
-    std::array<double, 3> size{};     //!< [m], a whole number of cells
-    double cell = 0;                  //!< h [m]
-    int points = 2;                   //!< in a cell, along each axis
+    std::array<double, 3> gravity{};           //!< [m/s2]
+    std::optional<sluice::Rotation> rotation;  //!< of the frame of reference; absent: inertial
+    std::array<double, 3> origin{};            //!< lower corner of the domain [m]
+    std::array<double, 3> size{};              //!< [m], a whole number of cells
+    double cell = 0;                           //!< h [m]
+    int points = 2;                            //!< in a cell, along each axis
     BasisKind basis = BasisKind::gimp;
     Width width = Width::fixed;
     Scheme scheme = Scheme::musl;
@@ -70,6 +71,7 @@ struct Config
     std::vector<BodyConfig> bodies;
     std::optional<ColumnConfig> column;
     std::vector<Wall> walls;
+    std::vector<Plate<3>> plates;
     std::optional<GeostaticConfig> geostatic;
     std::optional<double>
         front_depth;  //!< of the matter at what is called its front [m]; absent: 5 % of the root of its area
@@ -77,9 +79,17 @@ struct Config
     int threads = 1;
 };
 
+//! What a scene has beside the block.
+struct Beside
+{
+    bool grains = false;                         //!< a partner sends some
+    bool fluid = false;                          //!< a partner computes that in the pores
+    sluice::Rotation const* rotation = nullptr;  //!< of the frame of reference; null: inertial
+};
+
 //! Reads a participant's `config:` block (keys: README.md). Every mistake becomes a problem of the reader; finish()
-//! throws them. `grains`: a partner sends some. `fluid`: a partner computes that in the pores.
-Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity, bool grains = false,
-                   bool fluid = false);
+//! throws them.
+Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> const& gravity,
+                   Beside const& beside = {});
 
 }  // namespace mpm

@@ -260,8 +260,9 @@ void run(sluice::Participant& self, Config const& config)
     auto const front_depth = [&] { return config.front_depth.value_or(start.front_depth); };
     std::optional<Recorder<D>> recorder;
     auto const begin_recording = [&](std::optional<double> resumed_at) {
+        bool const spins_up = config.rotation && config.rotation->ramp > 0;
         recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash},
-                         typename Recorder<D>::Partners{edge.exists(), fluid.exists()}, resumed_at);
+                         Extras{.field_work = spins_up, .grains = edge.exists(), .fluid = fluid.exists()}, resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
     if (!self.resumes()) {
@@ -312,9 +313,10 @@ void take_part(sluice::Participant& self)
     self.takes({"kinematics", "body_force"});
     auto const& scene = self.scene();
     auto reader = self.config();
-    bool const grains = !self.senders("kinematics").empty();
-    bool const fluid = !self.senders("body_force").empty() || !self.receivers("phase").empty();
-    Config const config = read_config(reader, scene.dimension, scene.gravity, grains, fluid);
+    Beside const beside{.grains = !self.senders("kinematics").empty(),
+                        .fluid = !self.senders("body_force").empty() || !self.receivers("phase").empty(),
+                        .rotation = self.rotation()};
+    Config const config = read_config(reader, scene.dimension, scene.gravity, beside);
     sluice::require(self.ranks() == 1, [&] {
         return sluice::Error("mpm: ranks = " + std::to_string(self.ranks()) + " (needed: ranks: 1, or none).");
     });

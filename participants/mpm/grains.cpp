@@ -36,7 +36,36 @@ void require_size(Setup<D> const& setup, Grain<D> const& g)
     });
 }
 
+//! `apart`: there is a way out of it.
+template <int D>
+void require_outside(Setup<D> const& setup, double gap, std::int64_t point, char const* body, std::int64_t number,
+                     bool apart)
+{
+    sluice::require(gap > -reach * setup.cell && apart, [&] {
+        char text[300];
+        std::snprintf(text, sizeof text,
+                      "mpm: point %lld is %.3g cells inside %s %lld (must stay outside). Try a start in which they are "
+                      "apart, a shorter window, or a stiffer material.",
+                      static_cast<long long>(point), -gap / setup.cell, body, static_cast<long long>(number));
+        return sluice::Error(text, sluice::Exit::numerical);
+    });
+}
+
 }  // namespace
+
+//! Places of points run half a step ahead of the time: so does the plate's.
+template <int D>
+std::vector<PlateNow<D>> plates_at(Setup<D> const& setup, double time, double dt)
+{
+    std::vector<PlateNow<D>> now;
+    for (std::size_t k = 0; k < setup.plates.size(); ++k) {
+        Plate<D> const& p = setup.plates[k];
+        if (p.removed_at <= time) continue;
+        Vec<D> const from = p.motion.shift(time + 0.5 * dt), to = p.motion.shift(time + 1.5 * dt);
+        now.push_back({k, p.point + from, p.normal, (to - from) / dt, p.friction});
+    }
+    return now;
+}
 
 template <int D>
 void GrainContacts<D>::set(std::vector<Grain<D>> grains)
@@ -106,6 +135,7 @@ void GrainContacts<D>::begin(Setup<D> const& setup)
     shares_.clear();
     nodes_.clear();
     pushes_.assign(grains_.size(), {});
+    plate_impulses_.assign(plates_.size(), Vec<D>::Zero());
     sweeps_ = 0;
     for (std::size_t g = 0; g < grains_.size(); ++g) {
         require_size(setup, grains_[g]);
@@ -118,35 +148,33 @@ void GrainContacts<D>::consider(Setup<D> const& setup, double dt, std::int64_t i
 {
     double const h = setup.cell;
     double const half_width = h * setup.half_width * std::min(1.0, D == 2 ? std::sqrt(ratio) : std::cbrt(ratio));
-    for (std::int32_t m = first_[cell_at(setup, place)]; m != none; m = marks_[static_cast<std::size_t>(m)].next) {
-        Contact c;
-        c.point = id;
-        c.grain = marks_[static_cast<std::size_t>(m)].grain;
-        Grain<D> const& g = grains_[c.grain];
+    std::size_t const cell = cell_at(setup, place);
+    for (std::int32_t m = cell < first_.size() ? first_[cell] : none; m != none;
+         m = marks_[static_cast<std::size_t>(m)].next) {
+        std::size_t const body = marks_[static_cast<std::size_t>(m)].grain;
+        Grain<D> const& g = grains_[body];
         Vec<D> const apart = place - g.place;
         double const distance = apart.norm(), gap = distance - g.radius - half_width;
         if (gap > reach * h) continue;
-        sluice::require(gap > -reach * h && distance > 0, [&] {
-            char text[300];
-            std::snprintf(text, sizeof text,
-                          "mpm: point %lld is %.3g cells inside grain %lld (must stay outside). Try a start in which "
-                          "they are apart, a shorter window, or a stiffer material.",
-                          static_cast<long long>(id), -gap / h, static_cast<long long>(g.id));
-            return sluice::Error(text, sluice::Exit::numerical);
-        });
-        c.normal = apart / distance;
-        Vec<D> const face = place - half_width * c.normal;
-        c.arm = face - g.place;
-        c.grain_velocity = g.velocity + velocity_of<D>(g.spin, c.arm);
-        c.bias = (gap > 0 ? 1 : opened) * gap / dt;
-        add(setup, c, face);
+        require_outside(setup, gap, id, "grain", g.id, distance > 0);
+        Vec<D> const normal = apart / distance, face = place - half_width * normal, arm = face - g.place;
+        add(setup, dt, gap, face, {id, body, friction, normal, arm, g.velocity + velocity_of<D>(g.spin, arm)});
+    }
+    for (std::size_t k = 0; k < plates_.size(); ++k) {
+        PlateNow<D> const& p = plates_[k];
+        double const gap = (place - p.point).dot(p.normal) - half_width;
+        if (gap > reach * h) continue;
+        require_outside(setup, gap, id, "plate", static_cast<std::int64_t>(p.number), true);
+        Vec<D> const face = place - half_width * p.normal;
+        add(setup, dt, gap, face, {id, grains_.size() + k, p.friction, p.normal, face - p.point, p.velocity});
     }
 }
 
 //! By hat functions for every basis: their nodes are among those of the point, so that no weight is lost.
 template <int D>
-void GrainContacts<D>::add(Setup<D> const& setup, Contact c, Vec<D> const& face)
+void GrainContacts<D>::add(Setup<D> const& setup, double dt, double gap, Vec<D> const& face, Contact c)
 {
+    c.bias = (gap > 0 ? 1 : opened) * gap / dt;
     Stencil<D, Linear> const at(Vec<D>::Zero(), (face - setup.origin) / setup.cell, setup.cell);
     c.first = shares_.size();
     at.each(nodes_, [&](TouchedNode<D>& node, double weight, Vec<D> const&) {
@@ -159,7 +187,7 @@ void GrainContacts<D>::add(Setup<D> const& setup, Contact c, Vec<D> const& face)
 template <int D>
 Vec<D> GrainContacts<D>::slip(Contact const& c, Vec<D> TouchedNode<D>::*velocity) const
 {
-    Vec<D> u = -c.grain_velocity;
+    Vec<D> u = -c.body_velocity;
     for (auto const& [node, weight] : shares(c)) u += weight * nodes_.nodes()[node].*velocity;
     return u;
 }
@@ -180,7 +208,7 @@ double GrainContacts<D>::relax(Setup<D> const& setup, Contact& c)
     double const across = c.impulse.dot(n), into = n.dot(u);
     double const normal = std::max(0.0, (across - c.response * (into + c.bias)) / (1 + softness));
     Vec<D> along = c.impulse - across * n - c.response * (u - into * n);
-    double const most = friction * normal, size = along.norm();
+    double const most = c.friction * normal, size = along.norm();
     if (size > most) along *= most / size;
     Vec<D> const change = normal * n + along - c.impulse;
     if (change.isZero(0)) return 0;
@@ -221,13 +249,19 @@ void GrainContacts<D>::solve(Setup<D> const& setup, double time, double dt, Book
     }
     for (Contact const& c : contacts_) {
         Vec<D> const along = c.impulse - c.impulse.dot(c.normal) * c.normal;
-        booked.external_work += c.impulse.dot(c.grain_velocity);
+        booked.external_work += c.impulse.dot(c.body_velocity);
         booked.sliding -= 0.5 * along.dot(slip(c, &TouchedNode<D>::before) + slip(c, &TouchedNode<D>::held));
-        pushes_[c.grain].impulse -= c.impulse;
-        pushes_[c.grain].angular -= moment_of<D>(c.arm, c.impulse);
+        if (c.body >= grains_.size()) {
+            plate_impulses_[c.body - grains_.size()] -= c.impulse;
+            continue;
+        }
+        pushes_[c.body].impulse -= c.impulse;
+        pushes_[c.body].angular -= moment_of<D>(c.arm, c.impulse);
     }
 }
 
+template std::vector<PlateNow<2>> plates_at<2>(Setup<2> const&, double, double);
+template std::vector<PlateNow<3>> plates_at<3>(Setup<3> const&, double, double);
 template class GrainContacts<2>;
 template class GrainContacts<3>;
 

@@ -44,6 +44,17 @@ struct Grain
     double radius = 0;                 //!< [m]
 };
 
+//! A plate in a step: where it is when the points are where they are, and its velocity to where it is a step later.
+template <int D>
+struct PlateNow
+{
+    std::size_t number = 0;          //!< in the setup
+    Vec<D> point, normal, velocity;  //!< [m], unit vector, [m/s]
+    double friction = 0;
+};
+template <int D>
+std::vector<PlateNow<D>> plates_at(Setup<D> const& setup, double time, double dt);
+
 //! What a grain got in a step; plane: per metre.
 template <int D>
 struct Push
@@ -64,7 +75,8 @@ struct TouchedNode
     std::uint32_t walls = 0;           //!< bit w: wall w holds it
 };
 
-//! Contact of points with grains: unilateral, Coulomb friction, as impulses of one step that are found together.
+//! Contact of points with grains and plates: unilateral, Coulomb friction, as impulses of one step that are found
+//! together.
 //!
 //!     face     of a point towards a grain: its place - l n, l half its width now, n the normal of the grain
 //!     u        velocity of the grid there less that of the grain there
@@ -81,7 +93,8 @@ class GrainContacts
     //! As they are at the start of the step to come; their motion its mean.
     void set(std::vector<Grain<D>> grains);
     std::vector<Grain<D>> const& grains() const { return grains_; }
-    bool any() const { return !grains_.empty(); }
+    void set_plates(std::vector<PlateNow<D>> plates) { plates_ = std::move(plates); }
+    bool any() const { return !grains_.empty() || !plates_.empty(); }
     double speed() const { return speed_; }  //!< of the fastest surface [m/s]
 
     //! Forgets the contacts of the last step.
@@ -90,9 +103,12 @@ class GrainContacts
     bool is_near(Setup<D> const& setup, Vec<D> const& place) const
     {
         std::size_t const cell = cell_at(setup, place);
-        return cell < first_.size() && first_[cell] != none;
+        if (cell < first_.size() && first_[cell] != none) return true;
+        for (PlateNow<D> const& p : plates_)
+            if ((place - p.point).dot(p.normal) < 2 * setup.cell) return true;
+        return false;
     }
-    //! Lists the contacts of a point. Throws sluice::Error (numerical): it is more than a cell inside a grain.
+    //! Lists the contacts of a point. Throws sluice::Error (numerical): it is more than a cell inside a grain or plate.
     void consider(Setup<D> const& setup, double dt, std::int64_t id, Vec<D> const& place, double ratio);
 
     //! Of all contacts: the caller fills in mass and velocities, and takes the velocities back after solve().
@@ -102,6 +118,10 @@ class GrainContacts
 
     //! In the last step, one a grain.
     std::vector<Push<D>> const& pushes() const { return pushes_; }
+    std::vector<Vec<D>> const& plate_impulses() const
+    {
+        return plate_impulses_;
+    }  //!< what plates got that are not removed [N s]
     std::size_t contacts() const { return contacts_.size(); }
     int sweeps() const { return sweeps_; }
 
@@ -111,9 +131,10 @@ class GrainContacts
     struct Contact
     {
         std::int64_t point = 0;  //!< id
-        std::size_t grain = 0;
-        Vec<D> normal, arm;               //!< from the grain to the point; from its centre to the face [m]
-        Vec<D> grain_velocity;            //!< at the face [m/s]
+        std::size_t body = 0;    //!< grain, or a plate: number of grains + its own
+        double friction = 0;
+        Vec<D> normal, arm;               //!< from the body to the point; from its centre to the face [m]
+        Vec<D> body_velocity;             //!< at the face [m/s]
         double bias = 0;                  //!< speed at which the gap may close, < 0: is to open [m/s]
         double response = 0;              //!< impulse that changes the velocity of the face by one [kg]
         Vec<D> impulse = Vec<D>::Zero();  //!< on the continuum [N s]
@@ -132,7 +153,7 @@ class GrainContacts
 
     std::size_t cell_at(Setup<D> const& setup, Vec<D> const& place) const;
     void mark(Setup<D> const& setup, std::size_t grain);
-    void add(Setup<D> const& setup, Contact contact, Vec<D> const& face);
+    void add(Setup<D> const& setup, double dt, double gap, Vec<D> const& face, Contact contact);
     Vec<D> slip(Contact const& c, Vec<D> TouchedNode<D>::*velocity) const;
     std::span<Share const> shares(Contact const& c) const
     {
@@ -150,7 +171,9 @@ class GrainContacts
     std::vector<Contact> contacts_;
     std::vector<Share> shares_;
     Grid<D, TouchedNode<D>> nodes_;
+    std::vector<PlateNow<D>> plates_;
     std::vector<Push<D>> pushes_;
+    std::vector<Vec<D>> plate_impulses_;
     int sweeps_ = 0;
 };
 

@@ -27,7 +27,7 @@ struct Node
     Vec<D> momentum = Vec<D>::Zero();         //!< [N s]
     Vec<D> inner = Vec<D>::Zero();            //!< force of the stress [N]
     Vec<D> outer = Vec<D>::Zero();            //!< force of tractions and loads [N]
-    Vec<D> before = Vec<D>::Zero();           //!< velocity that the points brought [m/s]
+    Vec<D> before = Vec<D>::Zero();           //!< velocity that the points brought, turned by Coriolis [m/s]
     Vec<D> velocity = Vec<D>::Zero();         //!< after forces and walls [m/s]
     std::array<Grip, most_walls> grip{};      //!< of each wall
     Vec<D> strain_velocity = Vec<D>::Zero();  //!< of which strain is the gradient [m/s]

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <variant>
 
+#include "participants/mpm/drucker_prager.hpp"
 #include "participants/mpm/elasticity.hpp"
 #include "participants/mpm/mohr_coulomb.hpp"
 
@@ -69,8 +70,11 @@ struct NeoHookean
     }
 };
 
-//! Mohr and Coulomb: linear elastic as above, then returned to the surface (mohr_coulomb.hpp). What tension opens is
-//! kept as a gap that has to close before pressure builds up again.
+//! What tension opened is kept as a gap that has to close before pressure builds up again. Returns the strain that does
+//! so without stress.
+Mat3 close_gap(Matter& matter, Increment const& step, Elasticity const& elasticity);
+
+//! Mohr and Coulomb: linear elastic as above, then returned to the surface (mohr_coulomb.hpp).
 struct MohrCoulomb
 {
     Elasticity elasticity;
@@ -81,6 +85,47 @@ struct MohrCoulomb
     double wave_modulus(Matter const&) const { return elasticity.wave(); }
 };
 
-using Law = std::variant<LinearElastic, NeoHookean, MohrCoulomb>;
+//! Drucker and Prager: the same with their surface (drucker_prager.hpp).
+struct DruckerPrager
+{
+    Elasticity elasticity;
+    DruckerPragerSurface surface;
+
+    double respond(Matter& m, Increment const& step) const;
+    double energy(Matter const& m) const { return elasticity.energy(m.stress); }
+    double wave_modulus(Matter const&) const { return elasticity.wave(); }
+};
+
+//! Dense grains whose friction grows with the rate g at which they are sheared: linear elastic, and with the pressure
+//! p, the deviator s and t = sqrt(s:s / 2)
+//!
+//!     t <= mu(I) p,   mu(I) = mu_s + (mu_2 - mu_s) / (1 + I0 / I),   I = g d sqrt(rho_s / p)
+//!
+//! plastic strain along s, which keeps the volume; no tension: what is pulled apart opens a gap. g is the plastic rate,
+//! so that below mu_s p nothing flows and nothing has to be regularised. Sources: Jop, Forterre and Pouliquen, Nature
+//! 441 (2006) 727; the closed form of a step: Dunatunga and Kamrin, J. Fluid Mech. 779 (2015) 483.
+struct MuOfI
+{
+    Elasticity elasticity;
+    double static_friction;  //!< mu_s
+    double limit_friction;   //!< mu_2
+    double inertial_number;  //!< I0
+    double grain_diameter;   //!< d [m]
+    double grain_density;    //!< rho_s [kg/m3]
+
+    //! t at the end of a step of which `trial` was the elastic one [Pa].
+    double shear_stress(double pressure, double trial, double dt) const;
+    double respond(Matter& m, Increment const& step) const;
+    double energy(Matter const& m) const { return elasticity.energy(m.stress); }
+    double wave_modulus(Matter const&) const { return elasticity.wave(); }
+};
+
+using Law = std::variant<LinearElastic, NeoHookean, MohrCoulomb, DruckerPrager, MuOfI>;
+
+//! Whether it yields.
+inline bool is_plastic(Law const& law)
+{
+    return !std::holds_alternative<LinearElastic>(law) && !std::holds_alternative<NeoHookean>(law);
+}
 
 }  // namespace mpm

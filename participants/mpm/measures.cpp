@@ -59,15 +59,17 @@ class Depth
             x = end;
         }
     }
-    //! Where the mean over two cells falls below `depth`, coming from the back wall.
+    //! Where the mean over two cells falls below `depth`, coming from the back wall; 0: it is nowhere as deep.
     double front(double depth) const
     {
         double sum = 0, before = 0;
+        bool reached = false;
         for (std::size_t k = 0; k <= volume_.size() + window; ++k) {
             if (k < volume_.size()) sum += volume_[k];
             if (k >= window && k - window < volume_.size()) sum -= volume_[k - window];
             double const now = sum / (window * strip_ * across_), middle = static_cast<double>(k + 1) - window / 2.0;
-            if (k >= window && now < depth) return strip_ * (middle - (depth - now) / std::max(before - now, 1e-300));
+            if (reached && now < depth) return strip_ * (middle - (depth - now) / (before - now));
+            reached = reached || now >= depth;
             before = now;
         }
         return 0;

@@ -89,14 +89,17 @@ MohrCoulombSurface::Returned MohrCoulombSurface::bring_back(Vec3 const& trial) c
     return {tip, std::max(0.0, (trial.mean() - tip_) / bulk_), true};
 }
 
+Mat3 close_gap(Matter& m, Increment const& step, Elasticity const& elasticity)
+{
+    double const closing = std::min(m.gap, -step.strain.trace());
+    if (!(closing > 0 && m.stress.trace() <= rounding * elasticity.youngs_modulus)) return Mat3::Zero();
+    m.gap -= closing;
+    return -closing / 3 * Mat3::Identity();
+}
+
 double MohrCoulomb::respond(Matter& m, Increment const& step) const
 {
-    Mat3 flow = Mat3::Zero();  // strain that no stress follows
-    double const closing = std::min(m.gap, -step.strain.trace());
-    if (closing > 0 && m.stress.trace() <= rounding * elasticity.youngs_modulus) {
-        flow = -closing / 3 * Mat3::Identity();
-        m.gap -= closing;
-    }
+    Mat3 flow = close_gap(m, step, elasticity);  // strain that no stress follows
     Mat3 const trial = step.turned(m.stress) + elasticity.stress(step.strain - flow);
     Principal const p = principal(trial);
     auto const back = surface.bring_back(p.value);

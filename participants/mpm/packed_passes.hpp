@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "participants/mpm/field.hpp"
 #include "participants/mpm/packed_points.hpp"
 #include "participants/mpm/packed_stencil.hpp"
 
@@ -140,7 +141,7 @@ inline void loads_to_grid(PackedPoints const& p, std::span<Vec<2> const> loads, 
 //! What a step makes of the points of a chunk.
 struct Moved
 {
-    double kinetic = 0, gravity = 0;  //!< energy, work [J/m]
+    double kinetic = 0, field = 0;  //!< energy, work [J/m]
     bool inside = true;
 };
 
@@ -150,11 +151,11 @@ struct Room
     double low[2], high[2];
 };
 
-template <bool affine, bool musl>
-Moved to_points(PackedPoints& p, std::size_t begin, std::size_t end, Setup<2> const& setup, double half_width,
-                double dt, Room const& room, Planes const& box, Planes const& nodes)
+template <bool affine, bool musl, bool turning>
+Moved to_points(PackedPoints& p, std::size_t begin, std::size_t end, Setup<2> const& setup, Field<2> const& field,
+                double half_width, double dt, Room const& room, Planes const& box, Planes const& nodes)
 {
-    Pack kinetic{}, gravity{};
+    Pack kinetic{}, fallen{};
     PackMask inside = all(0) == all(0);
     double const cell = setup.cell;
     auto const stride = static_cast<std::size_t>(nodes.stride), box_stride = static_cast<std::size_t>(box.stride);
@@ -168,13 +169,24 @@ Moved to_points(PackedPoints& p, std::size_t begin, std::size_t end, Setup<2> co
         Gathered const y = gather<true, slopes>(nodes[n_vy], at, stride, rows, ay);
         Pack const dx = gather<true, false>(nodes[n_dx], at, stride, rows, ay).value;
         Pack const dy = gather<true, false>(nodes[n_dy], at, stride, rows, ay).value;
-        Pack const vx = flip * (load(p[P::vx] + k) + dx) + pic * x.value;
-        Pack const vy = flip * (load(p[P::vy] + k) + dy) + pic * y.value;
+        Pack own_x = load(p[P::vx] + k), own_y = load(p[P::vy] + k);
+        if constexpr (turning) {
+            Pack const c = all(field.turn()(0, 0)), s = all(field.turn()(1, 0)), was_x = own_x;
+            own_x = c * was_x - s * own_y, own_y = s * was_x + c * own_y;
+        }
+        Pack const vx = flip * (own_x + dx) + pic * x.value, vy = flip * (own_y + dy) + pic * y.value;
         Pack const mass = load(p[P::mass] + k);
         store(p[P::vx] + k, vx), store(p[P::vy] + k, vy);
         kinetic = madd(mass, madd(vx, vx, vy * vy), kinetic);
         Pack const px = load(p[P::x] + k) + step * x.value, py = load(p[P::y] + k) + step * y.value;
-        gravity = madd(mass * step, madd(all(setup.gravity[0]), x.value, all(setup.gravity[1]) * y.value), gravity);
+        Pack fall_x = all(setup.gravity[0]), fall_y = all(setup.gravity[1]);
+        if constexpr (turning) {  // of the middle of the way
+            Pack const rx = px - all(0.5) * step * x.value - all(field.axis()[0]);
+            Pack const ry = py - all(0.5) * step * y.value - all(field.axis()[1]);
+            fall_x += all(field.pull()(0, 0)) * rx + all(field.pull()(0, 1)) * ry;
+            fall_y += all(field.pull()(1, 0)) * rx + all(field.pull()(1, 1)) * ry;
+        }
+        fallen = madd(mass * step, madd(fall_x, x.value, fall_y * y.value), fallen);
         store(p[P::x] + k, px), store(p[P::y] + k, py);
         inside &=
             (px >= all(room.low[0])) & (px <= all(room.high[0])) & (py >= all(room.low[1])) & (py <= all(room.high[1]));
@@ -192,7 +204,7 @@ Moved to_points(PackedPoints& p, std::size_t begin, std::size_t end, Setup<2> co
                 momentum.add(lane, rows.w[lane], box[g_qx] + to[lane], box[g_qy] + to[lane], box_stride);
         }
     }
-    return {0.5 * sluice::packs::sum(kinetic), sluice::packs::sum(gravity), sluice::packs::bits(inside) == 15U};
+    return {0.5 * sluice::packs::sum(kinetic), sluice::packs::sum(fallen), sluice::packs::bits(inside) == 15U};
 }
 
 //! The increment of the deformation gradient, from the nodes' velocities or from the gradients that points have.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "coupler/base/pack.hpp"
 
 //! Weights of four points at a time, and what four points give to nodes or take from them: a row of three nodes at
@@ -27,6 +29,11 @@ struct Planes
     std::size_t at(int ix, int iy) const
     {
         return static_cast<std::size_t>(iy - y0) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(ix - x0);
+    }
+    std::array<int, 2> index(std::size_t at) const
+    {
+        int const n = static_cast<int>(at);
+        return {x0 + n % stride, y0 + n / stride};
     }
     FourIndices at(Pack ix, Pack iy) const
     {

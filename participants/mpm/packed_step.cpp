@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "coupler/base/team.hpp"
+#include "participants/mpm/cell.hpp"
 #include "participants/mpm/packed_deform.hpp"
 #include "participants/mpm/room.hpp"
 #include "participants/mpm/walls.hpp"
@@ -42,7 +43,8 @@ PackedStep::~PackedStep() = default;
 bool PackedStep::serves(Setup<2> const& setup)
 {
     return setup.basis != BasisKind::linear && setup.width == Width::fixed && setup.tractions.empty() &&
-           !std::holds_alternative<NeoHookean>(setup.law) && !setup.one_at_a_time;
+           (std::holds_alternative<MohrCoulomb>(setup.law) || std::holds_alternative<LinearElastic>(setup.law)) &&
+           !setup.one_at_a_time;
 }
 
 template <class Each>
@@ -172,7 +174,8 @@ void PackedStep::book_loads(Setup<2> const& setup, double dt, Outcome& outcome)
     outcome.booked.external_work += 0.5 * dt * work;
 }
 
-void PackedStep::move_nodes(Setup<2> const& setup, double dt, Outcome& outcome)
+template <bool turning>
+void PackedStep::move_nodes(Setup<2> const& setup, Field<2> const& field, double dt, Outcome& outcome)
 {
     double const kept = std::exp(-setup.damping * dt), gx = setup.gravity[0], gy = setup.gravity[1];
     double const least = light_mass(setup);
@@ -181,8 +184,15 @@ void PackedStep::move_nodes(Setup<2> const& setup, double dt, Outcome& outcome)
     for (std::size_t i = 0; i < nodes_.plane; ++i) {
         double const m = nodes_[n_mass][i];
         if (m <= 0) continue;
-        double const bx = nodes_[n_px][i] / m, by = nodes_[n_py][i] / m;
-        double vx = bx + dt * (nodes_[n_fx][i] / m + gx), vy = by + dt * (nodes_[n_fy][i] / m + gy);
+        double bx = nodes_[n_px][i] / m, by = nodes_[n_py][i] / m, vx, vy;
+        if constexpr (turning) {
+            Vec<2> const place = corner_of<2>(setup, nodes_.index(i)), force(nodes_[n_fx][i], nodes_[n_fy][i]);
+            Vec<2> const half = 0.5 * dt * (force / m + field.acceleration(place));
+            Vec<2> const before = field.turned({bx, by}), v = field.turned({bx + half[0], by + half[1]}) + half;
+            bx = before[0], by = before[1], vx = v[0], vy = v[1];
+        } else {
+            vx = bx + dt * (nodes_[n_fx][i] / m + gx), vy = by + dt * (nodes_[n_fy][i] / m + gy);
+        }
         damped += m * (vx * vx + vy * vy);
         vx *= kept, vy *= kept;
         nodes_[n_bx][i] = bx, nodes_[n_by][i] = by;
@@ -299,17 +309,20 @@ void PackedStep::run(Setup<2> const& setup, double time, double dt, std::span<Ve
     });
     add_boxes(g_mass, 5, n_mass);
     if (!loads.empty()) take_loads(setup, half_width, loads);
-    move_nodes(setup, dt, outcome);
+    Field<2> const field(setup, time, dt);
+    setup.frame ? move_nodes<true>(setup, field, dt, outcome) : move_nodes<false>(setup, field, dt, outcome);
     if (!loads.empty()) book_loads(setup, dt, outcome);
     if (grains.any()) touch_grains(setup, time, dt, grains, outcome);
     hold_nodes(setup, time, outcome);
     auto const [low, high] = room_of<2>(setup);
     Room const room{{low[0], low[1]}, {high[0], high[1]}};
     each_chunk([&](Chunk& c) {
-        auto const moved =
-            to_points<affine, musl>(points_, c.begin, c.end, setup, half_width, dt, room, c.planes, nodes_);
+        auto const moved = setup.frame ? to_points<affine, musl, true>(points_, c.begin, c.end, setup, field,
+                                                                       half_width, dt, room, c.planes, nodes_)
+                                       : to_points<affine, musl, false>(points_, c.begin, c.end, setup, field,
+                                                                        half_width, dt, room, c.planes, nodes_);
         c.outcome.kinetic_after = moved.kinetic;
-        c.outcome.gravity = moved.gravity;
+        c.outcome.field = moved.field;
         c.outcome.all_inside = moved.inside;
     });
     set_strain_velocities(setup, outcome);
@@ -345,7 +358,7 @@ bool PackedStep::step(Setup<2> const& setup, double time, std::int64_t steps, do
     for (Chunk const& c : chunks_) {
         Outcome const& o = c.outcome;
         outcome.kinetic_before += o.kinetic_before, outcome.kinetic_after += o.kinetic_after;
-        outcome.gravity += o.gravity, outcome.stress += o.stress;
+        outcome.field += o.field, outcome.stress += o.stress;
         outcome.booked.plastic += o.booked.plastic;
         outcome.speed = std::max(outcome.speed, o.speed);
         outcome.all_inside &= o.all_inside, outcome.all_upright &= o.all_upright;

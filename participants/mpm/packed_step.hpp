@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "participants/mpm/field.hpp"
 #include "participants/mpm/grains.hpp"
 #include "participants/mpm/grid.hpp"
 #include "participants/mpm/packed_points.hpp"
@@ -27,8 +28,8 @@ class PackedStep
     struct Outcome
     {
         double kinetic_before = 0, kinetic_after = 0;
-        double gravity = 0, stress = 0;  //!< work
-        Booked booked;                   //!< all but numerical
+        double field = 0, stress = 0;  //!< work
+        Booked booked;                 //!< all but numerical
         std::int64_t light_nodes = 0;
         std::size_t nodes = 0;
         double speed = 0;  //!< of the fastest wave over the fastest point [m/s]
@@ -77,8 +78,9 @@ class PackedStep
     void add_boxes(std::size_t from, std::size_t count, std::size_t to);
     void share_mean(std::size_t from, std::size_t volume, std::size_t value, std::size_t mean);
     void take_loads(Setup<2> const& setup, double half_width, std::span<Vec<2> const> loads);
-    void move_nodes(Setup<2> const& setup, double dt, Outcome& outcome);
     void book_loads(Setup<2> const& setup, double dt, Outcome& outcome);
+    template <bool turning>
+    void move_nodes(Setup<2> const& setup, Field<2> const& field, double dt, Outcome& outcome);
     void touch_grains(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome);
     void hold_nodes(Setup<2> const& setup, double time, Outcome& outcome);
     void set_strain_velocities(Setup<2> const& setup, Outcome& outcome);

@@ -8,7 +8,7 @@ namespace mpm {
 namespace {
 
 template <int D>
-std::vector<std::string> headers(typename Recorder<D>::Partners const& partners)
+std::vector<std::string> headers(Extras extras)
 {
     std::vector<std::string> columns{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
     for (char const* const energy : {"kinetic", "potential", "elastic", "dissipated_plastic", "dissipated_sliding",
@@ -16,11 +16,12 @@ std::vector<std::string> headers(typename Recorder<D>::Partners const& partners)
         columns.push_back(std::string(energy) + (D == 2 ? " [J/m]" : " [J]"));
     for (int k = 0; k < D; ++k) columns.push_back(std::string("centre_") + "xyz"[k] + " [m]");
     columns.push_back(D == 2 ? "drift [J/m]" : "drift [J]");
+    if (extras.field_work) columns.push_back(D == 2 ? "field_work [J/m]" : "field_work [J]");
     auto const impulse = [&](std::string const& name) {
         for (int k = 0; k < D; ++k) columns.push_back(name + "_" + "xyz"[k] + (D == 2 ? " [N s/m]" : " [N s]"));
     };
-    if (partners.grains) impulse("window_impulse");
-    if (partners.fluid) impulse("fluid_impulse");
+    if (extras.grains) impulse("window_impulse");
+    if (extras.fluid) impulse("fluid_impulse");
     return columns;
 }
 
@@ -54,12 +55,12 @@ constexpr std::size_t stresses = D == 2 ? 4 : 6;
 }  // namespace
 
 template <int D>
-Recorder<D>::Recorder(sluice::RunNames const& names, Partners partners, std::optional<double> resumed_at)
-    : partners_(partners),
+Recorder<D>::Recorder(sluice::RunNames const& names, Extras extras, std::optional<double> resumed_at)
+    : extras_(extras),
       series_(names.directory, names.participant, sluice::Precision::float32, resumed_at),
       archive_(names.directory / (names.participant + ".h5"),
                std::vector<sluice::ArchiveFact>{{"scene_hash", std::to_string(names.scene_hash)}}, resumed_at),
-      table_(names.directory / (names.participant + ".csv"), headers<D>(partners), resumed_at)
+      table_(names.directory / (names.participant + ".csv"), headers<D>(extras), resumed_at)
 {}
 
 template <int D>
@@ -101,8 +102,9 @@ void Recorder<D>::row(double time, Solver<D> const& solver, double front_depth, 
     auto const centre = centre_of_mass(solver.state());
     row.insert(row.end(), centre.data(), centre.data() + D);
     row.push_back(e.balance() - balance);
-    if (partners_.grains) row.insert(row.end(), impulse.data(), impulse.data() + D);
-    if (partners_.fluid) row.insert(row.end(), fluid.data(), fluid.data() + D);
+    if (extras_.field_work) row.push_back(e.booked.field_work);
+    if (extras_.grains) row.insert(row.end(), impulse.data(), impulse.data() + D);
+    if (extras_.fluid) row.insert(row.end(), fluid.data(), fluid.data() + D);
     table_.append(row);
 }
 

@@ -11,20 +11,21 @@
 
 namespace mpm {
 
+//! Columns of the time series that not every run has.
+struct Extras
+{
+    bool field_work = false;  //!< the rate of the frame changes
+    bool grains = false;      //!< the impulse on those of a partner
+    bool fluid = false;       //!< the impulse of a partner's fluid
+};
+
 //! What a run leaves behind: ParaView series and HDF5 archive of the points, time series. The layout is in README.md.
 template <int D>
 class Recorder
 {
  public:
-    //! What a row says of partners.
-    struct Partners
-    {
-        bool grains = false;  //!< with the impulse on them
-        bool fluid = false;   //!< with the one of the fluid
-    };
-
     //! A resumed run goes on with what is there up to `resumed_at` [s].
-    Recorder(sluice::RunNames const& names, Partners partners, std::optional<double> resumed_at = std::nullopt);
+    Recorder(sluice::RunNames const& names, Extras extras, std::optional<double> resumed_at = std::nullopt);
     //! Right after the constructor: what the archive lacks of the earlier part of a resumed run; empty: nothing.
     std::string remark() const { return archive_.remark(series_.frames()); }
 
@@ -36,7 +37,7 @@ class Recorder
     void close() { archive_.close(); }
 
  private:
-    Partners partners_;
+    Extras extras_;
     sluice::PointSeries series_;
     sluice::Archive archive_;
     sluice::Table table_;

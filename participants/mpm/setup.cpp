@@ -7,6 +7,7 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "participants/mpm/field.hpp"
 
 namespace mpm {
 namespace {
@@ -34,10 +35,11 @@ bool is_in(BodyConfig const& body, Vec<D> const& place, double slack)
 
 //! The stress that a column of `height` under its own weight has at a depth; zero above the surface.
 template <int D>
-Mat3 weight_of(Config const& c, Vec<D> const& place)
+Mat3 weight_of(Config const& c, Potential<D> const& potential, Vec<D> const& place)
 {
-    double const depth = c.geostatic->surface - place[D - 1];
-    double const vertical = -c.density * std::abs(c.gravity[static_cast<std::size_t>(D - 1)]) * std::max(0.0, depth);
+    Vec<D> top = place;
+    top[D - 1] = std::max(place[D - 1], c.geostatic->surface);
+    double const vertical = -c.density * std::abs(potential(top) - potential(place));
     Vec3 across = Vec3::Constant(c.geostatic->k0 * vertical);
     across[D - 1] = vertical;
     return across.asDiagonal();
@@ -51,7 +53,7 @@ double volume_of(BodyConfig const& body)
 }
 
 template <int D>
-void fill(Config const& c, BodyConfig const& body, State<D>& state)
+void fill(Config const& c, Potential<D> const& potential, BodyConfig const& body, State<D>& state)
 {
     double const spacing = c.cell / c.points;
     Vec<D> const origin = vector<D>(c.origin);
@@ -74,7 +76,7 @@ void fill(Config const& c, BodyConfig const& body, State<D>& state)
         if (!is_in<D>(body, point.place, reach * c.cell)) continue;
         point.id = static_cast<std::int64_t>(state.points.size());
         point.velocity = vector<D>(body.velocity);
-        if (c.geostatic) point.matter.stress = weight_of<D>(c, point.place);
+        if (c.geostatic) point.matter.stress = weight_of<D>(c, potential, point.place);
         state.points.push_back(point);
     }
     require(state.points.size() > before,
@@ -106,8 +108,13 @@ Setup<D> make_setup(Config const& c)
     setup.damping = c.damping;
     setup.courant = c.courant;
     setup.gravity = vector<D>(c.gravity);
+    if (c.rotation) setup.frame.emplace(*c.rotation);
     setup.law = c.law;
     setup.walls = c.walls;
+    auto const own = [](Vec3 const& v) -> Vec<D> { return v.head<D>(); };
+    for (Plate<3> const& p : c.plates)
+        setup.plates.push_back(
+            {own(p.point), own(p.normal), p.friction, motion::converted<Vec<D>>(p.motion, own), p.removed_at});
     return setup;
 }
 
@@ -115,7 +122,8 @@ template <int D>
 State<D> make_state(Config const& c)
 {
     State<D> state;
-    for (BodyConfig const& body : c.bodies) fill<D>(c, body, state);
+    Potential<D> const potential(make_setup<D>(c), 0);
+    for (BodyConfig const& body : c.bodies) fill<D>(c, potential, body, state);
     return state;
 }
 

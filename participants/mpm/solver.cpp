@@ -71,7 +71,23 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
                              " m, behind a wall or gate at " + number(w.place) + " m (must be on its free side).");
             });
     }
+    for (Point<D> const& p : state_.points)
+        for (Plate<D> const& plate : setup_.plates)
+            require(plate.removed_at <= state_.time ||
+                        (p.place - plate.point - plate.motion.shift(state_.time)).dot(plate.normal) > 0,
+                    [&] {
+                        return Error("mpm: point " + std::to_string(p.id) + " starts at " + text_of<D>(p.place) +
+                                     " m, behind a plate (must be where its normal points to).");
+                    });
     find_speed();
+}
+
+template <int D>
+double Solver<D>::limit() const
+{
+    double fastest = std::max(speed_, grains_.speed());
+    for (Plate<D> const& plate : setup_.plates) fastest = std::max(fastest, plate.motion.speed(state_.time).norm());
+    return setup_.cell / fastest;
 }
 
 template <int D>
@@ -111,6 +127,7 @@ void Solver<D>::step(double dt)
                          number(limit()) + " s, one cell at " + number(speed_) + " m/s). Try step: auto.",
                      Exit::numerical);
     });
+    if (!setup_.plates.empty()) grains_.set_plates(plates_at(setup_, state_.time, dt));
     if (step_packed(dt)) return;
     step_plain(dt);
 }
@@ -140,6 +157,8 @@ bool Solver<D>::step_packed(double dt)
         if (!packed_has_points_) packed_.take(state_);
         packed_has_points_ = true;
         PackedStep::Outcome o;
+        bool const changes = field_changes();
+        double const potential = changes ? potential_energy(setup_, state(), state_.time) : 0;
         if (!packed_.step(setup_, state_.time, state_.steps, dt, loads_, grains_, o)) return false;
         points_are_behind_ = true;
         state_.time += dt;
@@ -154,7 +173,8 @@ bool Solver<D>::step_packed(double dt)
         booked.sliding += o.booked.sliding;
         booked.damping += o.booked.damping;
         booked.external_work += o.booked.external_work;
-        booked.numerical += o.kinetic_before - o.kinetic_after + o.gravity - o.stress + o.booked.external_work -
+        if (changes) booked.field_work += potential_energy(setup_, state(), state_.time) - potential + o.field;
+        booked.numerical += o.kinetic_before - o.kinetic_after + o.field - o.stress + o.booked.external_work -
                             o.booked.sliding - o.booked.damping;
         return true;
     }
@@ -169,15 +189,18 @@ void Solver<D>::step_plain(double dt)
     places_.clear();
     for (Point<D> const& p : state_.points) places_.push_back(p.place);
     double const kinetic = kinetic_energy(state_);
+    bool const changes = field_changes();
+    double const potential = changes ? potential_energy(setup_, state_, state_.time) : 0;
+    Field<D> const field(setup_, state_.time, dt);
     Booked const before = state_.booked;
     grid_.clear();
     transfer_->to_grid(setup_, state_, loads_, shifts_of_stress(), grid_);
-    move_nodes(dt);
+    move_nodes(field, dt);
     if (grains_.any()) touch_grains(dt);
     hold_nodes();
     nodes_reached_ = static_cast<std::size_t>(
         std::count_if(grid_.nodes().begin(), grid_.nodes().end(), [](auto const& node) { return node.mass > 0; }));
-    transfer_->to_points(setup_, state_, grid_, dt);
+    transfer_->to_points(setup_, field, state_, grid_, dt);
     set_strain_velocities();
     transfer_->gradients(setup_, state_, places_, grid_, dt, increments_);
     if (setup_.shared_volume) share_volume();
@@ -186,24 +209,32 @@ void Solver<D>::step_plain(double dt)
     state_.time += dt;
     ++state_.steps;
     check_places();
-    double const work = deform();
+    double const work = deform(dt), fallen = work_of_field(field);
     find_speed();
     Booked& booked = state_.booked;
-    booked.numerical += kinetic - kinetic_energy(state_) + work_of_gravity() - work +
+    if (changes) booked.field_work += potential_energy(setup_, state_, state_.time) - potential + fallen;
+    booked.numerical += kinetic - kinetic_energy(state_) + fallen - work +
                         (booked.external_work - before.external_work) - (booked.sliding - before.sliding) -
                         (booked.damping - before.damping);
 }
 
 //! Velocities of the nodes after forces and damping.
 template <int D>
-void Solver<D>::move_nodes(double dt)
+void Solver<D>::move_nodes(Field<D> const& field, double dt)
 {
     Booked& booked = state_.booked;
     double const kept = std::exp(-setup_.damping * dt);
     for (Node<D>& node : grid_.nodes()) {
         if (node.mass <= 0) continue;
         node.before = node.momentum / node.mass;
-        Vec<D> v = node.before + dt * ((node.inner + node.outer) / node.mass + setup_.gravity);
+        Vec<D> v = (node.inner + node.outer) / node.mass;
+        if (setup_.frame) {
+            Vec<D> const half = 0.5 * dt * (v + field.acceleration(corner_of<D>(setup_, node.index)));
+            v = field.turned(node.before + half) + half;
+            node.before = field.turned(node.before);
+        } else {
+            v = node.before + dt * (v + setup_.gravity);
+        }
         booked.external_work += 0.5 * dt * node.outer.dot(node.before + v);
         booked.damping += 0.5 * node.mass * (1 - kept * kept) * v.squaredNorm();
         node.velocity = kept * v;
@@ -248,12 +279,21 @@ void Solver<D>::hold_nodes()
 }
 
 template <int D>
-double Solver<D>::work_of_gravity() const
+double Solver<D>::work_of_field(Field<D> const& field) const
 {
     double sum = 0;
-    for (std::size_t p = 0; p < places_.size(); ++p)
-        sum += state_.points[p].mass * setup_.gravity.dot(state_.points[p].place - places_[p]);
+    for (std::size_t p = 0; p < places_.size(); ++p) {
+        Vec<D> const way = state_.points[p].place - places_[p];
+        sum += state_.points[p].mass * field.acceleration(places_[p] + 0.5 * way).dot(way);
+    }
     return sum;
+}
+
+//! Whether the potential does so in the step to come, which then works on matter (Booked::field_work).
+template <int D>
+bool Solver<D>::field_changes() const
+{
+    return setup_.frame && setup_.frame->changes(state_.time);
 }
 
 //! A node of almost no mass gets any acceleration: the points near it feel it times its weight, which is bounded, but
@@ -302,14 +342,14 @@ void Solver<D>::share_volume()
 
 //! Returns the work that the stress did in it [J].
 template <int D>
-double Solver<D>::deform()
+double Solver<D>::deform(double dt)
 {
     double work = 0;
     auto const each = [&](auto const& law) {
         for (std::size_t p = 0; p < increments_.size(); ++p) {
             Point<D>& point = state_.points[p];
             Mat3 const change = in_space(increments_[p], 1);
-            Increment const step(change);
+            Increment const step(change, dt);
             double const ratio = point.matter.ratio * step.ratio, volume = point.volume_now();
             Mat3 const old = step.turned(point.matter.stress);
             point.matter.gradient = change * point.matter.gradient;

@@ -20,6 +20,8 @@ namespace mpm {
 //! A step of dt, weights w at the places x(n):
 //!     m = sum w mp,  v = sum w mp vp / m,  v* = walls(v + dt (sum w fp - sum V s grad w) / m + dt g)
 //!     vp(n+1) = flip (vp + sum w (v* - v)) + (1 - flip) sum w v*,   x(n+1) = x(n) + dt sum w v*
+//! In a frame that turns half of the acceleration, the turn of Coriolis, the other half (field.hpp); the vp of the
+//! points are turned as well, each by itself: what the grid does not see of them takes part.
 //!     dF = I + dt sum u grad w,  u = v* (usl) or walls(sum w mp vp(n+1) / m) (musl);  then the law
 template <int D>
 class Solver
@@ -33,7 +35,7 @@ class Solver
     //! `courant` cells at the speed of the fastest wave over the fastest point [s].
     double longest_step() const { return setup_.courant * limit(); }
     //! One cell at that speed [s]; step() refuses more.
-    double limit() const { return setup_.cell / std::max(speed_, grains_.speed()); }
+    double limit() const;
 
     //! Whether a point may be there: in the domain, or in a side that is a wall by less than half a cell, where nothing
     //! moves it further.
@@ -80,14 +82,15 @@ class Solver
     bool step_packed(double dt);
     void write_points() const;
     void check_upright() const;
-    void move_nodes(double dt);
+    void move_nodes(Field<D> const& field, double dt);
     void touch_grains(double dt);
     void hold_nodes();
     void set_strain_velocities();
     std::vector<double> shifts_of_stress() const;
     void share_volume();
-    double deform();
-    double work_of_gravity() const;
+    double deform(double dt);
+    double work_of_field(Field<D> const& field) const;
+    bool field_changes() const;
     void check_places() const;
     void find_speed();
     std::string where(Point<D> const& point) const;

@@ -3,8 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
+#include "participants/frame/rotating_frame.hpp"
+#include "participants/motion/prescribed_motion.hpp"
 #include "participants/mpm/basis.hpp"
 #include "participants/mpm/laws.hpp"
 
@@ -41,6 +44,17 @@ struct Wall
     double place = 0;  //!< [m]
     WallKind kind = WallKind::roller;
     double friction = 0;                                          //!< mu, of a rough one
+    double removed_at = std::numeric_limits<double>::infinity();  //!< [s]
+};
+
+//! A plane anywhere, that moves as it is told. Matter lies where its normal points to, and may leave it.
+template <int D>
+struct Plate
+{
+    Vec<D> point = Vec<D>::Zero();   //!< on it, before it moves [m]
+    Vec<D> normal = Vec<D>::Zero();  //!< unit vector
+    double friction = 0;             //!< mu
+    motion::PrescribedMotion<Vec<D>> motion = {};
     double removed_at = std::numeric_limits<double>::infinity();  //!< [s]
 };
 
@@ -84,9 +98,11 @@ struct Setup
     bool one_at_a_time = false;  //!< the plain way, where the plane has a faster one
     double damping = 0;          //!< of all velocities [1/s]
     double courant = 0.4;
-    Vec<D> gravity = Vec<D>::Zero();  //!< [m/s2]
+    Vec<D> gravity = Vec<D>::Zero();               //!< [m/s2]
+    std::optional<frame::RotatingFrame<D>> frame;  //!< none: inertial
     Law law = LinearElastic{};
     std::vector<Wall> walls;
+    std::vector<Plate<D>> plates;
     std::vector<Traction<D>> tractions;
 };
 
@@ -97,7 +113,8 @@ struct Booked
     double sliding = 0;        //!< dissipated by friction at walls
     double damping = 0;        //!< dissipated by Setup::damping
     double numerical = 0;      //!< lost between points and grid, and where a wall stops a node; < 0: gained
-    double external_work = 0;  //!< done on the points by tractions and loads
+    double external_work = 0;  //!< done on the points by tractions, loads, grains and plates
+    double field_work = 0;     //!< done by a frame whose rate changes
 };
 
 //! What changes.

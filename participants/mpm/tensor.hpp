@@ -40,11 +40,12 @@ inline double contract(Mat3 const& a, Mat3 const& b)
 //! For a rigid rotation dF = R, strain = 0 and turn = R, exactly, however large.
 struct Increment
 {
-    Mat3 strain;   //!< [-]
-    Mat3 turn;     //!< orthogonal
-    double ratio;  //!< det dF: volume after over before
+    Mat3 strain;      //!< [-]
+    Mat3 turn;        //!< orthogonal
+    double ratio;     //!< det dF: volume after over before
+    double duration;  //!< [s]; 0 where no law asks
 
-    explicit Increment(Mat3 const& dF) : ratio(dF.determinant())
+    explicit Increment(Mat3 const& dF, double dt = 0) : ratio(dF.determinant()), duration(dt)
     {
         Mat3 const one = Mat3::Identity();
         Mat3 const G = 2.0 * (dF - one) * (dF + one).inverse();

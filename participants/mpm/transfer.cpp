@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "participants/mpm/cell.hpp"
 #include "participants/mpm/stencil.hpp"
 
 namespace mpm {
@@ -41,14 +42,6 @@ void add_traction(Setup<D> const& setup, Traction<D> const& traction, Point<D> c
     at.each(grid, [&](Node<D>& node, double weight, Vec<D> const&) { node.outer += weight * area * traction.stress; });
 }
 
-template <int D>
-Vec<D> place_of(Setup<D> const& setup, Node<D> const& node)
-{
-    Vec<D> place = setup.origin;
-    for (int k = 0; k < D; ++k) place[k] += setup.cell * node.index[static_cast<std::size_t>(k)];
-    return place;
-}
-
 //! What a point that was at `place` with a velocity and its gradient brings to its nodes. Since sum w (x_i - x) = 0,
 //! the gradient takes part without adding momentum; with it a linear field of velocities arrives on the grid as it is.
 template <int D, class Basis>
@@ -57,7 +50,7 @@ void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& 
 {
     at.each(grid, [&](Node<D>& node, double weight, Vec<D> const&) {
         Vec<D> velocity = point.velocity;
-        if (setup.affine) velocity += point.slope * (place_of(setup, node) - place);
+        if (setup.affine) velocity += point.slope * (corner_of<D>(setup, node.index) - place);
         node.*momentum += weight * point.mass * velocity;
     });
 }
@@ -85,7 +78,7 @@ void to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> cons
 }
 
 template <int D, class Basis>
-void to_points(Setup<D> const& setup, State<D>& state, Grid<D>& grid, double dt)
+void to_points(Setup<D> const& setup, Field<D> const& field, State<D>& state, Grid<D>& grid, double dt)
 {
     for (Point<D>& point : state.points) {
         Vec<D> carried = Vec<D>::Zero(), change = Vec<D>::Zero();
@@ -96,6 +89,7 @@ void to_points(Setup<D> const& setup, State<D>& state, Grid<D>& grid, double dt)
                 change += weight * (node.velocity - node.before);
                 if (setup.affine) point.slope += node.velocity * gradient.transpose();
             });
+        if (setup.frame) point.velocity = field.turned(point.velocity);
         point.velocity = setup.flip * (point.velocity + change) + (1 - setup.flip) * carried;
         point.place += dt * carried;
     }

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "participants/mpm/field.hpp"
 #include "participants/mpm/grid.hpp"
 #include "participants/mpm/state.hpp"
 
@@ -17,7 +18,7 @@ struct Transfer
     void (*to_grid)(Setup<D> const&, State<D> const&, std::span<Vec<D> const> loads, std::span<double const> shifts,
                     Grid<D>&);
     //! New velocities and places of the points.
-    void (*to_points)(Setup<D> const&, State<D>&, Grid<D>&, double dt);
+    void (*to_points)(Setup<D> const&, Field<D> const&, State<D>&, Grid<D>&, double dt);
     //! Momentum of the points as they are now, at the weights of the `places` where they were; for MUSL.
     void (*back_to_grid)(Setup<D> const&, State<D> const&, std::span<Vec<D> const> places, Grid<D>&);
     //! The increment of the deformation gradient of each point, at the weights of the `places` where it was.

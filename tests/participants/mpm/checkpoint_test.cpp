@@ -7,6 +7,7 @@
 #include "coupler/base/error.hpp"
 #include "participants/mpm/measures.hpp"
 #include "participants/mpm/setup.hpp"
+#include "tests/participants/mpm/scenes.hpp"
 #include "tests/support/close_to.hpp"
 
 namespace {
@@ -35,26 +36,39 @@ bool same(mpm::Solver<D> const& a, mpm::Solver<D> const& b)
     return one == other;
 }
 
+template <int D>
+void goes_on(mpm::Config const& c)
+{
+    auto solver = mpm::make_solver<D>(c);
+    while (solver.time() < 0.015) solver.step(solver.longest_step());
+    sluice::State kept;
+    mpm::keep(solver, kept);
+    auto const bytes = kept.encode();
+    auto other = mpm::make_solver<D>(c);
+    CHECK(!same(solver, other));
+    mpm::restore(other, sluice::State::decode(bytes, "test"));
+    CHECK(same(solver, other));
+    while (solver.time() < 0.04) {  // past the gate, and the time in which the rate is reached
+        solver.step(solver.longest_step());
+        other.step(other.longest_step());
+    }
+    CHECK((solver.energies().booked.sliding > 0) == (D == 2));
+    CHECK((solver.energies().booked.field_work != 0) == bool(c.rotation));
+    CHECK(same(solver, other));
+}
+
 }  // namespace
 
 TEST_CASE("checkpoint: a run that goes on from one is bit for bit the other, with its books")
 {
-    auto solver = mpm::make_solver<2>(collapse());
-    for (int k = 0; k < 200; ++k) solver.step(solver.longest_step());
-    sluice::State kept;
-    mpm::keep(solver, kept);
-    auto const bytes = kept.encode();
-    auto other = mpm::make_solver<2>(collapse());
-    CHECK(!same(solver, other));
-    mpm::restore(other, sluice::State::decode(bytes, "test"));
-    CHECK(same(solver, other));
-    for (int k = 0; k < 300; ++k) {
-        solver.step(solver.longest_step());
-        other.step(other.longest_step());
+    for (bool const turns : {false, true}) {
+        auto c = collapse();
+        if (turns) c.rotation = sluice::Rotation{{0, 2, 0}, {0, 0, 1}, 0.2, 0.03, true, true, true};
+        goes_on<2>(c);
     }
-    CHECK(solver.time() > 0.02);  // past the gate
-    CHECK(solver.energies().booked.sliding > 0);
-    CHECK(same(solver, other));
+    mpm::Config c = unit::box<3>(1.2, {0.4, 0, 0.4}, {0.8, 0.4, 0.8});
+    c.rotation = sluice::Rotation{{0, 0, 2}, {0, 1, 0}, 5, 0.03, true, true, true};
+    goes_on<3>(c);
 }
 
 TEST_CASE("checkpoint: one that lacks something, or does not fit, is refused and changes nothing")
@@ -107,6 +121,9 @@ TEST_CASE("measures: the front is that of the main mass, height that at the back
     CHECK(mpm::run_out_of(solver.setup(), tongue, 0.004).front == close_to(0.15 + 0.02 * (0.5 - 0.004 / 0.005)));
     CHECK(mpm::run_out_of(solver.setup(), tongue, 0.006).front ==
           close_to(0.1 + 0.02 * (0.5 - (0.006 - 0.005) / (0.095 - 0.005))));
+    auto away = solver.state();  // from the back wall
+    for (auto& p : away.points) p.place[0] += 0.1;
+    CHECK(mpm::run_out_of(solver.setup(), away, 0.005).front == close_to(r.front + 0.1));
     auto const centre = mpm::centre_of_mass(solver.state());
     CHECK(centre[0] == close_to((0.01 * 0.05 + 0.003 * 0.31) / 0.013));
     CHECK(centre[1] == close_to((0.01 * 0.05 + 0.003 * 0.075) / 0.013));

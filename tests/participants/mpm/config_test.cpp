@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <numbers>
 #include <string>
 
@@ -22,7 +23,7 @@ std::string const column = "column: {width: 0.1, aspect_ratio: 0.8}\n";
 mpm::Config read(std::string const& text, int dimension = 2, bool grains = false, bool fluid = false)
 {
     sluice::Reader reader = sluice::read_yaml(text, "scene.yaml");
-    return mpm::read_config(reader, dimension, {0, -9.81, 0}, grains, fluid);
+    return mpm::read_config(reader, dimension, {0, -9.81, 0}, {.grains = grains, .fluid = fluid});
 }
 
 std::string errors(std::string const& text, int dimension = 2, bool grains = false, bool fluid = false)
@@ -54,6 +55,7 @@ TEST_CASE("config: defaults")
                 column)
                .shared_volume);
     CHECK(c.damping == 0);
+    CHECK(!c.rotation);
     CHECK(c.courant == 0.4);
     CHECK(!c.step);
     CHECK(!c.geostatic);
@@ -223,4 +225,53 @@ TEST_CASE("config: a fluid without a partner, a partner without a fluid, and mat
                    "displaced has 2400 kg/m3"));
     CHECK(contains(errors(domain + material + column + "fluid: {density: 1000, porosity: 1}\n", 2, false, true),
                    "porosity"));
+}
+
+TEST_CASE("config: plates, and how they move")
+{
+    auto const c = read(domain + material + column +
+                        "plates:\n"
+                        "  - {point: [0.1, 0.2], normal: [0, 2], friction: 0.3, velocity: [0.5, 0], moves_from: 0.1, "
+                        "moves_until: 0.3, removed_at: 2}\n"
+                        "  - {point: [0, 0], normal: [1, 1], oscillation: {amplitude: [0.001, 0], frequency: 50}}\n"
+                        "  - {point: [0, 0], normal: [0, 1], velocities: [{at: 0.1, velocity: [0, 0]}, {at: 0.2, "
+                        "velocity: [1, 0]}]}\n");
+    REQUIRE(c.plates.size() == 3);
+    CHECK(c.plates[0].normal == mpm::Vec3(0, 1, 0));
+    CHECK(c.plates[0].friction == 0.3);
+    CHECK(c.plates[0].removed_at == 2);
+    CHECK(c.plates[0].motion.shift(1.0)[0] == close_to(0.1));
+    CHECK(c.plates[1].normal.norm() == close_to(1.0));
+    CHECK(c.plates[1].friction == 0);
+    CHECK(c.plates[1].motion.shift(0.005)[0] == close_to(0.001));
+    CHECK(c.plates[2].motion.shift(0.3)[0] == close_to(0.05));
+    CHECK(c.plates[2].motion.speed(0.15)[0] == close_to(0.5));
+    auto const setup = mpm::make_setup<2>(c);
+    REQUIRE(setup.plates.size() == 3);
+    CHECK(setup.plates[2].motion.speed(0.15) == mpm::Vec<2>(c.plates[2].motion.speed(0.15).head<2>()));
+    auto const wrong = errors(domain + material + column + "plates: [{point: [0, 0], normal: [0, 0], frction: 1}]\n");
+    CHECK(contains(wrong, "plates[0].normal: has no length"));
+    CHECK(contains(wrong, "frction"));
+}
+
+TEST_CASE("config: Drucker-Prager and mu(I)")
+{
+    std::string const elastic = "density: 1900, youngs_modulus: 2e6, poissons_ratio: 0.25, ";
+    auto const soil = read(domain + column + "material: {law: drucker_prager, " + elastic +
+                           "friction_angle: 30, cohesion: 100, cone: compression, tension: 50}\n");
+    auto const& cone = std::get<mpm::DruckerPrager>(soil.law).surface;
+    CHECK(cone.slope() == close_to(6 * 0.5 / (std::sqrt(3.0) * 2.5)));
+    CHECK(cone.tip() == 50);
+    CHECK(soil.shared_volume);
+    auto const wrong = errors(domain + column + "material: {law: drucker_prager, " + elastic +
+                              "friction_angle: 30, dilation_angle: 31, cohesion: 100, tension: 1e6}\n");
+    CHECK(contains(wrong, "dilation_angle = 31 degrees (must be at most"));
+    CHECK(contains(wrong, "tip of the cone"));
+    std::string const rates = "material: {law: mu_of_i, " + elastic +
+                              "static_friction: 0.38, inertial_number: 0.28, grain_diameter: 1e-3, "
+                              "grain_density: 2600, limit_friction: ";
+    auto const grains = read(domain + column + rates + "0.64}\n");
+    CHECK(std::get<mpm::MuOfI>(grains.law).limit_friction == 0.64);
+    CHECK(grains.shared_volume);
+    CHECK(contains(errors(domain + column + rates + "0.3}\n"), "limit_friction = 0.3"));
 }

@@ -160,12 +160,17 @@ TEST_CASE("grains: points stay outside: overlap is a small share of a cell")
     CHECK(deepest < 0.3 * 0.025);  // half the width of a point shrinks by less than the strain, 0.3 at most
 }
 
-TEST_CASE("grains: four points at a time do what one at a time does beside grains, and the books are the same")
+TEST_CASE(
+    "grains: four points at a time do what one at a time does beside grains and plates, and the books are the same")
 {
     mpm::Config c = block<2>();
     c.gravity = {0, -9.81, 0};
     for (int side : {-1, 1})
         c.walls.push_back({.axis = 1, .side = side, .place = side < 0 ? 0.4 : 1.2, .kind = mpm::WallKind::rough});
+    mpm::Plate<3> piston{.point = {0.39, 0, 0}, .normal = {1, 0, 0}, .friction = 0.3};
+    piston.motion.velocity = {0.5, 0, 0};
+    piston.motion.amplitude = {0, 1e-3, 0}, piston.motion.frequency = 100;
+    c.plates = {piston};
     auto plain = with_grains<2>(c, true, 0.3), packed = with_grains<2>(c, false, 0.3);
     auto grains = two<2>(0.001, {-0.2, -0.5});
     for (int k = 0; k < 100; ++k) {

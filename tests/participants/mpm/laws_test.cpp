@@ -234,3 +234,43 @@ TEST_CASE("mohr-coulomb: dissipation is never negative, and stress turns with th
     }
     CHECK(m.plastic_strain > 0.1);
 }
+
+TEST_CASE("drucker-prager: trials end on or within the surface, once, and nothing is gained")
+{
+    std::mt19937 random(11);
+    std::normal_distribution<double> normal(0, 1);
+    int plastic = 0;
+    for (auto const cone : {mpm::Cone::plane_strain, mpm::Cone::compression, mpm::Cone::extension})
+        for (double const phi : {0.0, 1.0, 30.0, 60.0})
+            for (double const cohesion : {0.0, 1e4})
+                for (double const psi : {0.0, phi}) {
+                    if (phi == 0 && cohesion == 0) continue;
+                    mpm::DruckerPragerParameters p{phi * degree, psi * degree, cohesion, HUGE_VAL, cone};
+                    double const tip = mpm::DruckerPragerSurface(soil, p).tip();
+                    for (double const cut : {1.0, 0.4}) {
+                        p.tension = std::isfinite(tip) ? cut * tip : 1e3;
+                        mpm::DruckerPrager const law{soil, mpm::DruckerPragerSurface(soil, p)};
+                        for (int k = 0; k < 5000; ++k) {
+                            double const size = std::pow(10, 2 + 4 * std::generate_canonical<double, 30>(random));
+                            double const mean = size * normal(random), shear = size * std::abs(normal(random));
+                            auto const back = law.surface.bring_back(mean, shear);
+                            double const scale = std::abs(mean) + shear + cohesion;
+                            plastic += back.plastic;
+                            // to rounding of what is added up: trial stresses, times a few
+                            if (!(law.surface.excess(back.mean, back.shear) <= 1e-11 * scale))
+                                FAIL("phi ", phi, " trial ", mean, ", ", shear);
+                            auto const again = law.surface.bring_back(back.mean, back.shear);
+                            CHECK(std::abs(again.mean - back.mean) + std::abs(again.shear - back.shear) <=
+                                  1e-10 * scale);
+                            CHECK(back.shear <= shear);
+                            CHECK(back.opened >= 0);
+                            Matter m;
+                            m.stress = mean * Mat3::Identity();
+                            m.stress(0, 1) = m.stress(1, 0) = shear;
+                            double const lost = law.respond(m, mpm::Increment(Mat3::Identity()));
+                            CHECK(lost >= -1e-10 * scale * scale / soil.youngs_modulus);
+                        }
+                    }
+                }
+    CHECK(plastic > 10000);
+}

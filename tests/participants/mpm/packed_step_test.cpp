@@ -66,7 +66,8 @@ double difference(mpm::Energies const& a, mpm::Energies const& b)
     auto const &x = a.booked, &y = b.booked;
     double const all = std::abs(x.plastic - y.plastic) + std::abs(x.sliding - y.sliding) +
                        std::abs(x.damping - y.damping) + std::abs(x.numerical - y.numerical) +
-                       std::abs(x.external_work - y.external_work) + std::abs(a.kinetic - b.kinetic) +
+                       std::abs(x.external_work - y.external_work) + std::abs(x.field_work - y.field_work) +
+                       std::abs(a.potential - b.potential) + std::abs(a.kinetic - b.kinetic) +
                        std::abs(a.elastic - b.elastic);
     return all / (std::abs(a.kinetic) + x.plastic);
 }
@@ -85,6 +86,7 @@ TEST_CASE("packed_step: four points at a time do what one at a time does, with e
         double flip, damping;
         int points;
         bool loaded = false;
+        bool turns = false;
     };
     mpm::Law const dry = soil({.friction_angle = 23 * degree});
     mpm::Law const dilating = soil({.friction_angle = 30 * degree, .dilation_angle = 10 * degree, .cohesion = 300});
@@ -105,7 +107,10 @@ TEST_CASE("packed_step: four points at a time do what one at a time does, with e
                           {"elastic", mpm::LinearElastic{{1e6, 0.3}}, true, true, true, gimp, 0.99, 0, 2},
                           {"loads", dry, true, true, true, gimp, 0.99, 2, 2, true},
                           {"loads, usl", dry, false, true, false, gimp, 0.99, 0, 2, true},
-                          {"elastic, usl", mpm::LinearElastic{{1e6, 0.3}}, false, true, false, gimp, 0.99, 1, 2}}) {
+                          {"elastic, usl", mpm::LinearElastic{{1e6, 0.3}}, false, true, false, gimp, 0.99, 1, 2},
+                          {"frame", dry, true, true, true, gimp, 0.99, 0, 2, false, true},
+                          {"frame, usl", dilating, false, false, false, spline, 0.95, 0, 2, false, true},
+                          {"frame, loads", dry, true, true, true, gimp, 0.99, 2, 2, true, true}}) {
         CAPTURE(k.name);
         auto c = collapse(k.law);
         c.scheme = k.musl ? mpm::Scheme::musl : mpm::Scheme::usl;
@@ -115,6 +120,7 @@ TEST_CASE("packed_step: four points at a time do what one at a time does, with e
         c.flip = k.flip;
         c.damping = k.damping;
         c.points = k.points;
+        if (k.turns) c.rotation = sluice::Rotation{{0.1, 2, 0}, {0, 0, 1}, 8, 0.02, true, true, true};
         auto fast = mpm::make_solver<2>(c), slow = plain(c);
         REQUIRE(mpm::PackedStep::serves(fast.setup()));
         REQUIRE_FALSE(mpm::PackedStep::serves(slow.setup()));

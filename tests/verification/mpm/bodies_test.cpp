@@ -86,7 +86,7 @@ mpm::Config block(double angle)
 
 //! How far a block of 1 m x 0.5 m goes on a rough floor in a second, from its equilibrium on a floor that holds it.
 //! Gravity is inclined by `angle`.
-double slid(double angle, double friction, double speed)
+double slid(double angle, double friction, double speed, double damping = 0)
 {
     mpm::Config c = block(angle);
     c.damping = 60;  // 1/s; its slowest mode, in shear, has 137
@@ -100,7 +100,7 @@ double slid(double angle, double friction, double speed)
         p.velocity = {speed, 0};
         p.slope.setZero();
     }
-    c.damping = 0;
+    c.damping = damping;
     c.walls[0].kind = mpm::WallKind::rough;
     c.walls[0].friction = friction;
     mpm::Solver<2> solver(mpm::make_setup<2>(c), state);
@@ -129,6 +129,21 @@ TEST_CASE("M05: a block slides on a rough incline, or sticks")
     double const stop = slid(0, 0.3, 2), reference = 0.679579;  // stops after 0.68 s
     CHECK(report({"M05", "level, v0 = 2 m/s, mu = 0.3: way to rest [m]", stop, reference,
                   std::abs(stop / reference - 1), 0.02, watch.seconds()}));
+}
+
+//! Sweep 24: at the critical slope but for a thousandth either way, damped as in its preparation; beyond it a block
+//! creeps at a/damping. Mark: that of M05 for a block that sticks. Undamped it shakes and creeps (README.md, Limits).
+TEST_CASE("S24: a block at the critical slope")
+{
+    double const angle = std::numbers::pi / 6, damping = 60;
+    for (double const beyond : {-1e-3, 1e-3}) {
+        Stopwatch const watch;
+        double const friction = std::tan(angle) * (1 - beyond), got = slid(angle, friction, 0, damping);
+        double const pull = 9.81 * (std::sin(angle) - friction * std::cos(angle));
+        double const reference = std::max(0.0, pull / damping * (1 - 1 / damping));
+        CHECK(report({"S24", named("slope by friction = 1 %+g: way in 1 s [m]", beyond), got, reference,
+                      std::abs(got - reference), 1e-3, watch.seconds()}));
+    }
 }
 
 namespace {

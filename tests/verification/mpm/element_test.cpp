@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "participants/mpm/laws.hpp"
 #include "tests/verification/mpm/bars.hpp"
+#include "tests/verification/mpm/elements.hpp"
 
 using namespace verification;
 
@@ -22,38 +22,6 @@ mpm::MohrCoulomb law_of(Soil const& s)
     double const degree = std::numbers::pi / 180, tan = std::tan(s.phi * degree);
     mpm::Elasticity const e{s.modulus, s.poisson};
     return {e, mpm::MohrCoulombSurface(e, {s.phi * degree, s.psi * degree, s.cohesion, s.cohesion / tan})};
-}
-
-//! Plane strain under control: applies the step's strains, with the unknown one such that the stress `held` at (i, i)
-//! is kept; by regula falsi, the response is piecewise linear.
-double hold(mpm::MohrCoulomb const& law, mpm::Matter& m, Mat3 const& known, int i, double held)
-{
-    auto const off = [&](double strain, mpm::Matter& out) {
-        Mat3 change = Mat3::Identity() + known;
-        change(i, i) += strain;
-        out = m;
-        law.respond(out, mpm::Increment(change));
-        return out.stress(i, i) - held;
-    };
-    mpm::Matter out;
-    double a = -0.1, b = 0.1, fa = off(a, out), fb = off(b, out);
-    REQUIRE(fa < 0);
-    REQUIRE(fb > 0);
-    double x = 0;
-    for (int k = 0; k < 200; ++k) {
-        x = k % 3 == 2 ? 0.5 * (a + b) : (a * fb - b * fa) / (fb - fa);
-        double const f = off(x, out);
-        if (std::abs(f) < 1e-12 * std::abs(held) || b - a < 1e-17) break;
-        (f < 0 ? a : b) = x;
-        (f < 0 ? fa : fb) = f;
-    }
-    m = out;
-    return x;
-}
-
-double relative(double value, double reference)
-{
-    return std::abs(value / reference - 1);
 }
 
 }  // namespace
