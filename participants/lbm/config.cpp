@@ -308,6 +308,8 @@ std::vector<std::string> describe(Config const& c)
             format("relaxation time       tau = %.6g (limit 0.5)", c.relaxation_time()),
             format("Mach number           %.3g at %g m/s (limit 0.3)", mach(c), c.max_velocity),
             format("grid Reynolds number  %.3g", grid_reynolds(c)),
+            c.precision == Precision::float64 ? "populations           double precision"
+                                              : "populations           single precision",
             "sound speed           " + with_unit(sound_speed_lu * c.units().velocity_unit(), "m/s"),
             format("hydrodynamic radius   %g R", c.hydrodynamic_radius),
             c.rotation ? format("frame                 turns at %g rad/s%s", c.rotation->rate,
@@ -352,6 +354,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     if (c.hydrostatic)
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
+    c.precision = static_cast<Precision>(r.choice_or("precision", 0, {"double", "single"}));
     c.threads = sluice::read_threads(r, "auto");
     bool const readable =
         c.cell > 0 && c.step > 0 && std::isfinite(c.step) && c.size[0] > 0 && c.viscosity > 0 && c.density > 0;

@@ -14,6 +14,12 @@ class Reader;
 
 namespace lbm {
 
+//! Of stored populations.
+enum class Precision
+{
+    float64,
+    float32
+};
 enum class Operator
 {
     mrt,
@@ -103,8 +109,9 @@ struct Config
     std::optional<Oscillation> oscillation{};
     //! Of the frame: Coriolis' and Euler's acceleration act on the lattice, with `hydrostatic` the centrifugal one too.
     std::optional<sluice::Rotation> rotation{};
-    bool hydrostatic = false;        //!< gravity acts on the lattice
-    double hydrodynamic_radius = 1;  //!< the fluid sees a disc of this factor times its radius
+    bool hydrostatic = false;                  //!< gravity acts on the lattice
+    Precision precision = Precision::float64;  //!< of the populations as they are stored
+    double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
     int threads = 1;
 
     LatticeUnits units() const noexcept { return {cell, step, density, dimension}; }
