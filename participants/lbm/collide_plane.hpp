@@ -1,26 +1,14 @@
 #pragma once
 
-#include <algorithm>
-
 #include "participants/lbm/cell_row.hpp"
 
 namespace lbm {
 
-inline constexpr std::ptrdiff_t eddy_block = 128;  //!< cells; an EddyBlock and 9 x 128 populations stay in cache
-
-//! What the first pass of the large-eddy model finds of a cell.
+//! What the large-eddy model makes of a cell.
 template <class V>
 struct Eddy
 {
     V inverse_density{}, normal_change{}, shear_change{};  //!< changes of p_xx and p_xy by 1/tau_eff, over 4
-};
-
-//! The same of a block of cells.
-template <class V>
-struct EddyBlock
-{
-    using Numbers = std::array<V, static_cast<std::size_t>(eddy_block) / V::count>;
-    Numbers inverse_density, normal_change, shear_change;
 };
 
 //! The body force on a cell, and half of it to its momentum. `place`: the cell's x, in a frame that turns.
@@ -43,12 +31,11 @@ template <Features F, class V>
     }
 }
 
-//! First pass of the large-eddy model.
-//! nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed form:
+//! The large-eddy model: nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed
+//! form:
 //!     tau_eff = (tau + sqrt(tau^2 + A/rho^2))/2,  A = 18 C_s^2 rho |(p_xx, 2 p_xy)|
 //! Written with rho p, so that the roots wait for no division; 1/rho and 1/tau_eff = 2 rho/(rho tau + sqrt(rho^2 tau^2
-//! + A)) share one. A pass of its own, because a division after two roots is a long wait: short iterations overlap.
-//! Float roots with a Newton step, and roots run beside the collision of the cells before, were measured: slower.
+//! + A)) share one. Roots and division are the longest wait of a cell: none is exact.
 template <Features F, class V>
 [[gnu::always_inline]] inline Eddy<V> find_eddy_stress(std::array<V, 9> const& f, Relaxation const& r,
                                                        SolidCell<2, V> const& s, V const& place) noexcept
@@ -69,16 +56,19 @@ template <Features F, class V>
         normal = normal + (jx * force_x - jy * force_y);
         shear = shear + 0.5 * (jx * force_y + jy * force_x);
     }
-    V const stress = root(madd(normal, normal, 4.0 * (shear * shear)));
-    V const rest = rho * r.tau, slow = rest + root(madd(r.smagorinsky_term, stress, rest * rest));
-    V const both = 1.0 / (rho * slow);
+    constexpr double least = 1e-30;  // of a square, that 1/root is finite; a stress of 1e-15 moves tau by nothing
+    V const square = madd(normal, normal, madd(4.0 * shear, shear, least));
+    V const stress = square * reciprocal_root_nearly(square);
+    V const rest = rho * r.tau, sum = madd(r.smagorinsky_term, stress, rest * rest);
+    V const slow = madd(sum, reciprocal_root_nearly(sum), rest);
+    V const both = reciprocal_nearly(rho * slow);
     V const inverse_rho = slow * both;
     V rate = -0.5 * rho * both;
     if constexpr (F.grains) rate = where_above(s.fraction, eddy_free, -0.25 * r.shear * inverse_rho, rate);
     return {inverse_rho, rate * normal, rate * shear};
 }
 
-//! Collides one cell of D2Q9, or several at once; with the large-eddy model, after its first pass.
+//! Collides one cell of D2Q9, or several at once; with the large-eddy model, given what it makes of the cell.
 //!
 //! In moment space (Lallemand and Luo): m' = m + S - s (m + S/2 - m_eq), S the moments of Guo's force (Phys. Rev. E 65
 //! (2002) 046308), so that the velocity holds half the force. Equilibrium: the second-order one.
@@ -218,50 +208,32 @@ struct PlaneCell
     }
 };
 
-//! Collides the cells [begin, end) of a row, whole registers and at most eddy_block cells, in place. x = 0 is the row's
-//! cell `first`.
+//! Collides the cells [begin, end) of a row, whole registers, in place. x = 0 is the row's cell `first`.
 template <Features F, class V, class Stored>
-void collide_block(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t end,
+void collide_whole(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t end,
                    std::ptrdiff_t first, Relaxation const& relaxation)
 {
-    constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
     Slots<2, Stored> const f = slots;
     Relaxation const r = relaxation;
     SolidRow const s = row;
-    EddyBlock<V> eddies;
-    if constexpr (F.les)
-        for (std::ptrdiff_t x = begin; x < end; x += lanes) {
-            PlaneCell<F, V, Stored> const cell(f, s, x, first);
-            auto const k = static_cast<std::size_t>((x - begin) / lanes);
-            Eddy<V> const eddy = find_eddy_stress<F>(cell.f, r, cell.solid, cell.place);
-            eddies.inverse_density[k] = eddy.inverse_density;
-            eddies.normal_change[k] = eddy.normal_change;
-            eddies.shear_change[k] = eddy.shear_change;
-        }
-    for (std::ptrdiff_t x = begin; x < end; x += lanes) {
+    for (std::ptrdiff_t x = begin; x < end; x += static_cast<std::ptrdiff_t>(V::count)) {
         PlaneCell<F, V, Stored> cell(f, s, x, first);
         Eddy<V> eddy;
-        if constexpr (F.les) {
-            auto const k = static_cast<std::size_t>((x - begin) / lanes);
-            eddy = {eddies.inverse_density[k], eddies.normal_change[k], eddies.shear_change[k]};
-        }
+        if constexpr (F.les) eddy = find_eddy_stress<F>(cell.f, r, cell.solid, cell.place);
         collide_cell<F, V>(cell.f, r, cell.solid, cell.place, eddy);
         cell.put_back(f, s, x);
     }
 }
 
-//! Collides the cells [begin, end) of one row in place, in numbers of V.
+//! Collides the cells [begin, end) of one row of D2Q9 in place, in numbers of V.
 template <Features F, class V, class Stored>
 void collide(AnySlots<2> const& slots, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relaxation,
              SolidRow const& solid)
 {
-    in_whole_registers<2, F.grains, V>(typed<2, Stored>(slots), solid, begin, end,
-                                       [&](Slots<2, Stored> const& f, SolidRow const& s, std::ptrdiff_t from,
-                                           std::ptrdiff_t to, std::ptrdiff_t first) {
-                                           std::ptrdiff_t const most = F.les ? eddy_block : to - from;
-                                           for (std::ptrdiff_t x = from; x < to; x += most)
-                                               collide_block<F, V>(f, s, x, std::min(x + most, to), first, relaxation);
-                                       });
+    in_whole_registers<2, F.grains, V>(
+        typed<2, Stored>(slots), solid, begin, end,
+        [&](Slots<2, Stored> const& f, SolidRow const& s, std::ptrdiff_t from, std::ptrdiff_t to,
+            std::ptrdiff_t first) { collide_whole<F, V>(f, s, from, to, first, relaxation); });
 }
 
 }  // namespace lbm
