@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "coupler/scene/scene.hpp"
+#include "participants/files/stl_file.hpp"
 #include "participants/lbm/lattice_units.hpp"
 
 namespace sluice {
@@ -67,16 +68,18 @@ struct Solid
 {
     enum class Shape
     {
-        ball,     //!< a disc or a sphere
-        box,      //!< along the axes
-        cylinder  //!< in space, along an axis, through the whole domain
+        ball,      //!< a disc or a sphere
+        box,       //!< along the axes
+        cylinder,  //!< in space, along an axis, through the whole domain
+        mesh       //!< in space, within a closed surface
     };
     std::string name;
     Shape shape = Shape::ball;
     std::array<double, 3> centre{};  //!< of a box its middle; torques are about it
     double radius = 0;
-    std::array<double, 3> size{};  //!< of a box
-    std::size_t axis = 0;          //!< of a cylinder
+    std::array<double, 3> size{};            //!< of a box, or of the one about a mesh
+    std::size_t axis = 0;                    //!< of a cylinder
+    std::vector<files::Triangle> surface{};  //!< of a mesh [m]
 };
 
 //! A uniform acceleration that swings, amplitude cos(2 pi frequency t).
