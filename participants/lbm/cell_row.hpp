@@ -140,13 +140,13 @@ inline constexpr double eddy_free = 1e-6;  //!< cells covered by more have no ed
 template <class V>
 [[gnu::always_inline]] inline V stiffened(double rate, V open) noexcept
 {
-    return open * reciprocal_nearly(0.5 * open + (1.0 / rate - 0.5));
+    return open / (0.5 * open + (1.0 / rate - 0.5));
 }
 //! Rate of an odd moment there: (1/rate - 1/2) is open times as large, so that their product, magic, is the same.
 template <class V>
 [[gnu::always_inline]] inline V loosened(double rate, V open) noexcept
 {
-    return reciprocal_nearly(0.5 + (1.0 / rate - 0.5) * open);
+    return 1.0 / (0.5 + (1.0 / rate - 0.5) * open);
 }
 
 }  // namespace lbm

@@ -112,9 +112,8 @@ template <Features F, class V>
         V shear_rate = stiff(r.shear);
         if constexpr (F.les) {
             V const size = madd(dx, dx, madd(dy, dy, dz * dz)) + 2.0 * madd(xy, xy, madd(xz, xz, yz * yz));
-            V const twice = 2.0 * size + 1e-30;  // 1/root is finite
-            V const sum = madd(r.smagorinsky_term * inverse_rho, twice * reciprocal_root_nearly(twice), r.tau * r.tau);
-            V const eddy = 2.0 * reciprocal_nearly(madd(sum, reciprocal_root_nearly(sum), r.tau));
+            V const eddy =
+                2.0 / (r.tau + root(madd(r.smagorinsky_term * inverse_rho, root(2.0 * size), r.tau * r.tau)));
             if constexpr (F.grains)
                 shear_rate = where_above(s.fraction, eddy_free, shear_rate, eddy);
             else

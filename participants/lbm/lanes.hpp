@@ -56,10 +56,20 @@ struct Lanes
         }
         return a.all * b.all + c.all;
     }
-    //! 1/root(a) for a > 0. Where the machine has an estimate of 14 bits, y, corrected: e = 1 - a y^2, double y (1 +
-    //! e/2
-    //! + 3 e^2/8), off by 2^-40 of itself; float y (1 + e/2), by rounding. A root and a division wait several times as
-    //! long.
+    [[gnu::always_inline]] friend Lanes root(Lanes a) noexcept
+    {
+#if defined(__AVX512F__)
+        if constexpr (sizeof(T) == sizeof(double))
+            return Register(_mm512_sqrt_pd(a.all));
+        else
+            return Register(_mm512_sqrt_ps(a.all));
+#else
+        for (std::size_t k = 0; k < count; ++k) a.all[k] = std::sqrt(a.all[k]);
+        return a;
+#endif
+    }
+    //! 1/root(a) for a > 0, sooner: where the machine has an estimate of 14 bits, y, that is corrected by e = 1 - a
+    //! y^2, double to y (1 + e/2 + 3 e^2/8), off by 2^-40 of itself, float to y (1 + e/2), off by rounding.
     [[gnu::always_inline]] friend Lanes reciprocal_root_nearly(Lanes a) noexcept
     {
 #if defined(__AVX512F__)
@@ -71,8 +81,7 @@ struct Lanes
             return madd(0.5 * y, e, y);
         }
 #else
-        for (std::size_t k = 0; k < count; ++k) a.all[k] = std::sqrt(a.all[k]);
-        return 1.0 / a;
+        return 1.0 / root(a);
 #endif
     }
     //! 1/a, as exact as that: e = 1 - a y, double y (1 + e + e^2), float y (1 + e).

@@ -190,19 +190,22 @@ double pressed_discs(Scheme const& s, double gap)
     return worst;
 }
 
-//! A disc driven through fluid at rest, 8 cells in radius: RMS of what its force differs from the mean over the two
-//! cells around, over the force; sound from the start is longer.
+//! A disc that is set moving within 512 steps, through fluid at rest, 8 cells in radius: RMS of what its force differs
+//! from the mean over the two cells around, over the force.
 double moving_disc(Scheme const& s, double u)
 {
     lbm::Config c = with(s, config(256, 64, 0.55));
     make_periodic(c, true, true);
     lbm::Solver<2> solver(c);
     std::vector<double> force;
+    double x = 40;
     for (int k = 0; k < 1024; ++k) {
+        double const speed = k < 512 ? 0.5 * u * (1 - std::cos(std::numbers::pi * k / 512)) : u;
         Discs discs;
-        discs.add(40 + u * k, 32.3, 8, u);
+        discs.add(x, 32.3, 8, speed);
         solver.set_bodies(discs.view());
         solver.step();
+        x += speed;
         force.push_back(solver.loads().force[0]);
     }
     auto const half = static_cast<std::ptrdiff_t>(std::lround(1 / u));
@@ -284,7 +287,7 @@ TEST_CASE("stability: maps for each operator" * doctest::skip())
     Map map;
     for (Scheme const& s : schemes) {
         std::string const name = s.name;
-        for (std::ptrdiff_t const n : {64, 128, 256})
+        for (std::ptrdiff_t const n : {64, 128})
             for (double const re : {1e4, 3e4, 1e5, 3e5, 1e6})
                 map.tried({"shear layers", name + " N=" + std::to_string(n), "Re", re, "fastest/U",
                            [&] { return shear_layers(s, n, re); }});
