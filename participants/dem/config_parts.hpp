@@ -18,9 +18,6 @@ struct Lightest
 };
 Lightest lightest_grain(Config const& config);
 
-//! A file's path as a scene has it: it counts from the scene's.
-std::filesystem::path beside_scene(sluice::Reader const& reader, std::filesystem::path const& file);
-
 //! `mesh` (space) or `segments` (plane), whichever the wall has; null: neither, or a broken one.
 std::shared_ptr<MeshConfig const> read_mesh(sluice::Reader& wall, int dimension);
 

@@ -8,10 +8,12 @@
 #include <vector>
 
 #include "participants/dem/config.hpp"
-#include "participants/dem/grain_lines.hpp"
+#include "participants/files/lines.hpp"
 
 //! Rows of numbers as grains. Which column is what comes from a header; the formats differ in how that looks.
 namespace dem {
+
+using files::Lines, files::number_in, files::take_word, files::trimmed;
 
 //! What a column may say. `scaled`: as a part of the box; `unwound`: not put back into a periodic box.
 enum Column : std::size_t

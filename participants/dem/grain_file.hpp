@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "participants/dem/config.hpp"
-#include "participants/dem/grain_lines.hpp"
+#include "participants/files/lines.hpp"
 
 namespace dem {
+
+using files::Lines, files::take_word, files::trimmed;
 
 //! The grains of a file, in its order: a CSV with a header, a text dump of LAMMPS or LIGGGHTS (the frame of this
 //! timestep, else the last), or a data file of LAMMPS with `Atoms # sphere`. Which of them, its content says. Grains

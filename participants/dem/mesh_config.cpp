@@ -4,9 +4,10 @@
 
 #include "coupler/base/checksum.hpp"
 #include "coupler/base/error.hpp"
+#include "coupler/scene/beside_scene.hpp"
 #include "participants/dem/bytes.hpp"
 #include "participants/dem/config_parts.hpp"
-#include "participants/dem/stl_file.hpp"
+#include "participants/files/stl_file.hpp"
 
 namespace dem {
 namespace {
@@ -19,9 +20,12 @@ void read_triangles(sluice::Reader r, MeshConfig& mesh)
     double const scale = r.number_or("scale", 1.0, {.above = 0.0, .max = 1e6, .unit = "m"});
     r.finish();
     if (file.empty()) return;
-    mesh.from = beside_scene(r, file).string();
+    mesh.from = sluice::beside_scene(r, file).string();
     try {
-        mesh.corner = read_stl(mesh.from);
+        for (files::Triangle const& t : files::read_stl(mesh.from)) {
+            auto& corners = mesh.corner.emplace_back();
+            for (std::size_t k = 0; k < 3; ++k) corners[k] = {t[k][0], t[k][1], t[k][2]};
+        }
     } catch (sluice::Error const& e) {
         r.refuse("file", std::string("cannot be used: ") + e.what());
         return;

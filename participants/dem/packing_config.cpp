@@ -2,6 +2,7 @@
 
 #include "coupler/base/checksum.hpp"
 #include "coupler/base/error.hpp"
+#include "coupler/scene/beside_scene.hpp"
 #include "participants/dem/bytes.hpp"
 #include "participants/dem/config_parts.hpp"
 #include "participants/dem/grain_file.hpp"
@@ -22,11 +23,6 @@ std::uint64_t hash_of(std::vector<GrainConfig> const& grains)
 
 }  // namespace
 
-std::filesystem::path beside_scene(sluice::Reader const& r, std::filesystem::path const& file)
-{
-    return file.is_absolute() ? file : std::filesystem::path(r.diagnostics()->file).parent_path() / file;
-}
-
 void read_packing(sluice::Reader r, Config& config)
 {
     std::filesystem::path const file = r.text("file");
@@ -34,7 +30,7 @@ void read_packing(sluice::Reader r, Config& config)
     bool const at_rest = r.choice_or("velocities", 0, {"kept", "zero"}) == 1;
     r.finish();
     if (file.empty()) return;
-    config.grains_from = beside_scene(r, file).string();
+    config.grains_from = sluice::beside_scene(r, file).string();
     try {
         config.grains = read_grain_file(config.grains_from, config.dimension, timestep, config.warnings);
     } catch (sluice::Error const& e) {

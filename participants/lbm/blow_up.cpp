@@ -2,8 +2,8 @@
 
 namespace lbm {
 
-template <int D>
-bool has_blown_up(Slots<D> const& f, std::ptrdiff_t nx) noexcept
+template <int D, class Stored>
+bool has_blown_up(Slots<D, Stored> const& f, std::ptrdiff_t nx) noexcept
 {
     using L = Lattice<D>;
     double bad = 0;
@@ -25,7 +25,9 @@ bool has_blown_up(Slots<D> const& f, std::ptrdiff_t nx) noexcept
     }
     return bad > 0;
 }
-template bool has_blown_up<2>(Slots<2> const&, std::ptrdiff_t) noexcept;
-template bool has_blown_up<3>(Slots<3> const&, std::ptrdiff_t) noexcept;
+template bool has_blown_up<2>(Slots<2, double> const&, std::ptrdiff_t) noexcept;
+template bool has_blown_up<2>(Slots<2, float> const&, std::ptrdiff_t) noexcept;
+template bool has_blown_up<3>(Slots<3, double> const&, std::ptrdiff_t) noexcept;
+template bool has_blown_up<3>(Slots<3, float> const&, std::ptrdiff_t) noexcept;
 
 }  // namespace lbm

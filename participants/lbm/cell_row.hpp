@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "participants/lbm/lanes.hpp"
@@ -31,6 +32,107 @@ struct SolidRow
     double* force_rate;                     //!< out: 2 weight rho
     std::array<double*, 3> force;           //!< out: 2 weight j; a body's force is eps (force - force_rate u_s)
 };
+
+//! The same of one cell, or of several at once.
+template <int D, class V>
+struct SolidCell
+{
+    V fraction{}, weight{}, open{};
+    std::array<V, D> momentum{};
+    V force_rate{};
+    std::array<V, D> force{};
+
+    SolidCell() = default;
+    [[gnu::always_inline]] SolidCell(SolidRow const& row, std::ptrdiff_t x) noexcept
+        : fraction(load<V>(row.fraction + x)), weight(load<V>(row.weight + x)), open(load<V>(row.open + x))
+    {
+        for (std::size_t k = 0; k < D; ++k) momentum[k] = load<V>(row.momentum[k] + x);
+    }
+    [[gnu::always_inline]] void tell(SolidRow const& row, std::ptrdiff_t x) const noexcept
+    {
+        store(row.force_rate + x, force_rate);
+        for (std::size_t k = 0; k < D; ++k) store(row.force[k] + x, force[k]);
+    }
+};
+
+//! The last cells of a row, fewer than are computed at once: copied to where there is room for all, and back.
+template <int D, class Stored, std::size_t N>
+class RowEndCells
+{
+ public:
+    static constexpr std::size_t directions = Lattice<D>::directions;
+
+    RowEndCells(Slots<D, Stored> const& slots, std::ptrdiff_t begin, std::ptrdiff_t count)
+        : from_(slots), begin_(begin), count_(count)
+    {
+        for (std::size_t q = 0; q < directions; ++q) {
+            std::copy_n(slots[q] + begin, count, cells_[q]);
+            at_[q] = cells_[q];
+        }
+    }
+    Slots<D, Stored> const& slots() const noexcept { return at_; }
+    void put_back() const noexcept
+    {
+        for (std::size_t q = 0; q < directions; ++q) std::copy_n(cells_[q], count_, from_[q] + begin_);
+    }
+
+ private:
+    Slots<D, Stored> from_, at_{};
+    std::ptrdiff_t begin_, count_;
+    alignas(64) Stored cells_[directions][N] = {};
+};
+
+//! The same of what is known and told of solids.
+template <int D, std::size_t N>
+class RowEndSolids
+{
+ public:
+    RowEndSolids(SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t count)
+        : from_(row), begin_(begin), count_(count)
+    {
+        std::copy_n(row.fraction + begin, count, known_[0]);
+        std::copy_n(row.weight + begin, count, known_[1]);
+        std::copy_n(row.open + begin, count, known_[2]);
+        at_ = {known_[0], known_[1], known_[2], {}, told_[0], {}};
+        for (std::size_t k = 0; k < D; ++k) {
+            std::copy_n(row.momentum[k] + begin, count, known_[3 + k]);
+            at_.momentum[k] = known_[3 + k];
+            at_.force[k] = told_[1 + k];
+        }
+    }
+    SolidRow const& row() const noexcept { return at_; }
+    void put_back() const noexcept
+    {
+        std::copy_n(told_[0], count_, from_.force_rate + begin_);
+        for (std::size_t k = 0; k < D; ++k) std::copy_n(told_[1 + k], count_, from_.force[k] + begin_);
+    }
+
+ private:
+    SolidRow from_, at_{};
+    std::ptrdiff_t begin_, count_;
+    alignas(64) double known_[3 + D][N] = {}, told_[1 + D][N] = {};
+};
+
+//! Gives the cells [begin, end) of a row to collide(slots, solids, begin, end, first), in whole registers: the last
+//! ones as a copy, whose first cell is the row's cell `first`.
+template <int D, bool grains, class V, class Stored, class Collide>
+[[gnu::always_inline]] inline void in_whole_registers(Slots<D, Stored> const& slots, SolidRow const& solid,
+                                                      std::ptrdiff_t begin, std::ptrdiff_t end, Collide collide)
+{
+    constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
+    std::ptrdiff_t const whole = begin + (end - begin) / lanes * lanes;
+    if (whole > begin) collide(slots, solid, begin, whole, 0);
+    if (whole == end) return;
+    RowEndCells<D, Stored, V::count> cells(slots, whole, end - whole);
+    if constexpr (grains) {
+        RowEndSolids<D, V::count> solids(solid, whole, end - whole);
+        collide(cells.slots(), solids.row(), 0, lanes, whole);
+        solids.put_back();
+    } else {
+        collide(cells.slots(), solid, 0, lanes, whole);
+    }
+    cells.put_back();
+}
 
 inline constexpr double eddy_free = 1e-6;  //!< cells covered by more have no eddy viscosity
 

@@ -1,6 +1,7 @@
 // Solver: all that it needs to go on bit for bit, as named arrays.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <string>
 
@@ -48,6 +49,54 @@ std::vector<std::uint64_t> take_ids(sluice::State const& kept, char const* name)
     return {values.begin(), values.end()};
 }
 
+template <int D, class Stored>
+void put_populations(sluice::State& kept, Rows<D, Stored> const& rows)
+{
+    std::vector<Stored> cells;
+    cells.reserve(static_cast<std::size_t>(rows.nx() * rows.rows()));
+    for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
+        cells.clear();
+        for (std::ptrdiff_t r = 0; r < rows.rows(); ++r)
+            cells.insert(cells.end(), rows.row(q, r), rows.row(q, r) + rows.nx());
+        std::span<Stored const> const values(cells);
+        if constexpr (std::is_same_v<Stored, double>)
+            kept.put(populations_name(q), values);
+        else
+            kept.put(populations_name(q), std::as_bytes(values));
+    }
+}
+
+//! Throws Error (exit 7) unless they are there, as many as wanted.
+void require_populations(sluice::State const& kept, std::size_t q, std::size_t cells, Precision precision)
+{
+    if (precision == Precision::float64) {
+        kept.numbers(populations_name(q), cells);
+        return;
+    }
+    std::size_t const bytes = kept.bytes(populations_name(q)).size(), needed = cells * bytes_of(precision);
+    sluice::require(bytes == needed, [&] {
+        return sluice::Error("state: \"" + populations_name(q) + "\" has " + std::to_string(bytes) + " bytes (needs " +
+                                 std::to_string(needed) + "). Was it made with another lattice?",
+                             sluice::Exit::io);
+    });
+}
+
+template <int D, class Stored>
+void take_populations(sluice::State const& kept, Rows<D, Stored> const& rows)
+{
+    auto const row_bytes = static_cast<std::size_t>(rows.nx()) * sizeof(Stored);
+    for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
+        auto const name = populations_name(q);
+        std::span<std::byte const> from;
+        if constexpr (std::is_same_v<Stored, double>)
+            from = std::as_bytes(kept.numbers(name));
+        else
+            from = kept.bytes(name);
+        for (std::ptrdiff_t r = 0; r < rows.rows(); ++r)
+            std::memcpy(rows.row(q, r), from.data() + static_cast<std::size_t>(r) * row_bytes, row_bytes);
+    }
+}
+
 }  // namespace
 
 template <int D>
@@ -76,14 +125,7 @@ void Solver<D>::keep(sluice::State& kept)
     if (phase_) phase_->keep(kept);
     if (!solid_exchange_.empty())
         put_rows<freedoms>(kept, "solids/exchange", solid_exchange_, [](Motion const& m) { return m; });
-    std::vector<double> cells;
-    cells.reserve(static_cast<std::size_t>(populations_.cells()));
-    for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
-        cells.clear();
-        for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r)
-            cells.insert(cells.end(), populations_.row(q, r), populations_.row(q, r) + populations_.nx());
-        kept.put(populations_name(q), std::span<double const>(cells));
-    }
+    populations_.visit([&](auto const& rows) { put_populations(kept, rows); });
 }
 
 //! Everything is taken out before anything changes: what does not fit leaves the solver as it was.
@@ -128,8 +170,7 @@ void Solver<D>::restore(sluice::State const& kept)
             std::copy_n(v, freedoms, m.begin());
             return m;
         });
-    std::array<double const*, Lattice<D>::directions> from;
-    for (std::size_t q = 0; q < from.size(); ++q) from[q] = kept.numbers(populations_name(q), cells).data();
+    for (std::size_t q = 0; q < Lattice<D>::directions; ++q) require_populations(kept, q, cells, config_.precision);
     if (phase_) phase_->restore(kept);
 
     steps_ = kept.integer("steps");
@@ -141,10 +182,10 @@ void Solver<D>::restore(sluice::State const& kept)
     past_ = std::move(past);
     solid_exchange_ = std::move(solids);
     resize_loads(id_.size());
-    for (std::size_t q = 0; q < from.size(); ++q)
-        for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r, from[q] += populations_.nx())
-            std::copy(from[q], from[q] + populations_.nx(), populations_.row(q, r));
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) note_turned(populations_, r, walls_);
+    populations_.visit([&](auto const& rows) {
+        take_populations(kept, rows);
+        for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) note_turned(rows, r, walls_);
+    });
     coverage_.update(bodies_, team_);
     if (phase_) phase_->spread();
     complete_ = true;

@@ -1,86 +1,74 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 #include "participants/lbm/cell_row.hpp"
 
 namespace lbm {
 
-inline constexpr std::ptrdiff_t eddy_block = 128;  //!< cells; an EddyBlock and 9 x 128 populations stay in cache
-
-//! What the first pass of the large-eddy model finds of a block of cells.
-struct EddyBlock
+//! What the large-eddy model makes of a cell.
+template <class V>
+struct Eddy
 {
-    alignas(64) double inverse_density[eddy_block];
-    alignas(64) double normal_change[eddy_block], shear_change[eddy_block];  //!< of p_xx and p_xy by 1/tau_eff, over 4
+    V inverse_density{}, normal_change{}, shear_change{};  //!< changes of p_xx and p_xy by 1/tau_eff, over 4
 };
 
-//! The body force on the cell x of a row, and half of it to its momentum.
-template <Features F>
-[[gnu::always_inline]] inline void take_half_force(Relaxation const& r, std::ptrdiff_t x, double& jx, double& jy,
-                                                   double& force_x, double& force_y) noexcept
+//! The body force on a cell, and half of it to its momentum. `place`: the cell's x, in a frame that turns.
+template <Features F, class V>
+[[gnu::always_inline]] inline void take_half_force(Relaxation const& r, V const& place, V& jx, V& jy, V& force_x,
+                                                   V& force_y) noexcept
 {
     force_x = r.force[0];
     force_y = r.force[1];
     if constexpr (F.frame) {
-        force_x += r.slope[0] * static_cast<double>(x);
-        force_y += r.slope[1] * static_cast<double>(x);
+        force_x = force_x + r.slope[0] * place;
+        force_y = force_y + r.slope[1] * place;
     }
-    jx += 0.5 * force_x;
-    jy += 0.5 * force_y;
+    jx = jx + 0.5 * force_x;
+    jy = jy + 0.5 * force_y;
     if constexpr (F.frame) {
         turn_in_plane(r.turn[2], jx, jy);
-        force_x += 2.0 * r.turn[2] * jy;
-        force_y -= 2.0 * r.turn[2] * jx;
+        force_x = force_x + 2.0 * r.turn[2] * jy;
+        force_y = force_y - 2.0 * r.turn[2] * jx;
     }
 }
 
-//! First pass of the large-eddy model over [begin, end), at most eddy_block cells.
-//! nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed form:
+//! The large-eddy model: nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed
+//! form:
 //!     tau_eff = (tau + sqrt(tau^2 + A/rho^2))/2,  A = 18 C_s^2 rho |(p_xx, 2 p_xy)|
 //! Written with rho p, so that the roots wait for no division; 1/rho and 1/tau_eff = 2 rho/(rho tau + sqrt(rho^2 tau^2
-//! + A)) share one. A pass of its own, because a division after two roots is a long wait: short iterations overlap.
-//! Float roots with a Newton step, and roots run beside the collision of the cells before, were measured: slower.
-template <Features F>
-void find_eddy_stress(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& r,
-                      SolidRow const& s, EddyBlock& out)
+//! + A)) share one. Roots and division are the longest wait of a cell: none is exact.
+template <Features F, class V>
+[[gnu::always_inline]] inline Eddy<V> find_eddy_stress(std::array<V, 9> const& f, Relaxation const& r,
+                                                       SolidCell<2, V> const& s, V const& place) noexcept
 {
-    double const *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4],
-                        *const f5 = f[5], *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
-    double const* const fraction = s.fraction;
-    double const tau = r.tau, term = r.smagorinsky_term, base = -0.25 * r.shear;
-#pragma omp simd
-    for (std::ptrdiff_t x = begin; x < end; ++x) {
-        double const even1 = f1[x] + f3[x], even2 = f2[x] + f4[x], even5 = f5[x] + f7[x], even6 = f6[x] + f8[x];
-        double const odd5 = f5[x] - f7[x], odd6 = f6[x] - f8[x];
-        double const rho = 1.0 + (f0[x] + (even1 + even2) + (even5 + even6));
-        double jx = f1[x] - f3[x] + (odd5 - odd6), jy = f2[x] - f4[x] + (odd5 + odd6);
-        double force_x = 0.0, force_y = 0.0;
-        if constexpr (F.force) take_half_force<F>(r, x, jx, jy, force_x, force_y);
-        if constexpr (F.grains) {
-            double const weight = s.weight[x], covered = weight * fraction[x], rate = weight * rho;
-            jx = madd(rate, s.momentum[0][x], madd(-covered, jx, jx));
-            jy = madd(rate, s.momentum[1][x], madd(-covered, jy, jy));
-        }
-        double normal = madd(rho, even1 - even2, madd(jy, jy, -jx * jx)), shear = madd(rho, even5 - even6, -jx * jy);
-        if constexpr (F.force) {
-            normal += jx * force_x - jy * force_y;
-            shear += 0.5 * (jx * force_y + jy * force_x);
-        }
-        double const stress = std::sqrt(madd(normal, normal, 4.0 * (shear * shear)));
-        double const rest = rho * tau, slow = rest + std::sqrt(madd(term, stress, rest * rest));
-        double const both = 1.0 / (rho * slow);
-        double const inverse_rho = slow * both;
-        double rate = -0.5 * rho * both;
-        if constexpr (F.grains) rate = fraction[x] > eddy_free ? base * inverse_rho : rate;
-        out.inverse_density[x - begin] = inverse_rho;
-        out.normal_change[x - begin] = rate * normal;
-        out.shear_change[x - begin] = rate * shear;
+    V const even1 = f[1] + f[3], even2 = f[2] + f[4], even5 = f[5] + f[7], even6 = f[6] + f[8];
+    V const odd5 = f[5] - f[7], odd6 = f[6] - f[8];
+    V const rho = 1.0 + (f[0] + (even1 + even2) + (even5 + even6));
+    V jx = f[1] - f[3] + (odd5 - odd6), jy = f[2] - f[4] + (odd5 + odd6);
+    V force_x, force_y;
+    if constexpr (F.force) take_half_force<F>(r, place, jx, jy, force_x, force_y);
+    if constexpr (F.grains) {
+        V const covered = s.weight * s.fraction, rate = s.weight * rho;
+        jx = madd(rate, s.momentum[0], madd(-covered, jx, jx));
+        jy = madd(rate, s.momentum[1], madd(-covered, jy, jy));
     }
+    V normal = madd(rho, even1 - even2, madd(jy, jy, -jx * jx)), shear = madd(rho, even5 - even6, -jx * jy);
+    if constexpr (F.force) {
+        normal = normal + (jx * force_x - jy * force_y);
+        shear = shear + 0.5 * (jx * force_y + jy * force_x);
+    }
+    constexpr double least = 1e-30;  // of a square, that 1/root is finite; a stress of 1e-15 moves tau by nothing
+    V const square = madd(normal, normal, madd(4.0 * shear, shear, least));
+    V const stress = square * reciprocal_root_nearly(square);
+    V const rest = rho * r.tau, sum = madd(r.smagorinsky_term, stress, rest * rest);
+    V const slow = madd(sum, reciprocal_root_nearly(sum), rest);
+    V const both = reciprocal_nearly(rho * slow);
+    V const inverse_rho = slow * both;
+    V rate = -0.5 * rho * both;
+    if constexpr (F.grains) rate = where_above(s.fraction, eddy_free, -0.25 * r.shear * inverse_rho, rate);
+    return {inverse_rho, rate * normal, rate * shear};
 }
 
-//! Collides the cells [begin, end) in place; with the large-eddy model, after its first pass.
+//! Collides one cell of D2Q9, or several at once; with the large-eddy model, given what it makes of the cell.
 //!
 //! In moment space (Lallemand and Luo): m' = m + S - s (m + S/2 - m_eq), S the moments of Guo's force (Phys. Rev. E 65
 //! (2002) 046308), so that the velocity holds half the force. Equilibrium: the second-order one.
@@ -89,143 +77,163 @@ void find_eddy_stress(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t en
 //! under a disc too, and Solver gives the disc what the force on its share takes. Covered cells have no large-eddy
 //! term: their stress is not that of a flow.
 //!
-//! Straight-line on purpose, and longer than the house rule: the compiler vectorises it as one loop.
-template <Features F>
-void collide_block(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax,
-                   SolidRow const& solid, EddyBlock const& eddy)
+//! Straight-line on purpose, and longer than the house rule: one basic block of independent operations.
+template <Features F, class V>
+[[gnu::always_inline]] inline void collide_cell(std::array<V, 9>& f, Relaxation const& r, SolidCell<2, V>& s,
+                                                V const& place, Eddy<V> const& eddy) noexcept
 {
-    double *const f0 = f[0], *const f1 = f[1], *const f2 = f[2], *const f3 = f[3], *const f4 = f[4], *const f5 = f[5],
-                  *const f6 = f[6], *const f7 = f[7], *const f8 = f[8];
-    Relaxation const r = relax;
-    SolidRow const s = solid;
-    double const energy_rate36 = -r.energy / 36, square_rate36 = -r.square / 36, shear_rate4 = -r.shear / 4;
-    double const flux_rate6 = r.flux / 6;
-#pragma omp simd
-    for (std::ptrdiff_t x = begin; x < end; ++x) {
-        double const even1 = f1[x] + f3[x], odd1 = f1[x] - f3[x];
-        double const even2 = f2[x] + f4[x], odd2 = f2[x] - f4[x];
-        double const even5 = f5[x] + f7[x], odd5 = f5[x] - f7[x];
-        double const even6 = f6[x] + f8[x], odd6 = f6[x] - f8[x];
-        double const axes = even1 + even2, diagonals = even5 + even6;
-        double const diagonal_x = odd5 - odd6, diagonal_y = odd5 + odd6;
-        double const excess = f0[x] + axes + diagonals;  // rho - 1
-        double const rho = 1.0 + excess;
-        double jx = odd1 + diagonal_x, jy = odd2 + diagonal_y;
-        double qx = madd(-2.0, odd1, diagonal_x), qy = madd(-2.0, odd2, diagonal_y);
+    auto& [f0, f1, f2, f3, f4, f5, f6, f7, f8] = f;
+    V const even1 = f1 + f3, odd1 = f1 - f3;
+    V const even2 = f2 + f4, odd2 = f2 - f4;
+    V const even5 = f5 + f7, odd5 = f5 - f7;
+    V const even6 = f6 + f8, odd6 = f6 - f8;
+    V const axes = even1 + even2, diagonals = even5 + even6;
+    V const diagonal_x = odd5 - odd6, diagonal_y = odd5 + odd6;
+    V const excess = f0 + axes + diagonals;  // rho - 1
+    V const rho = 1.0 + excess;
+    V jx = odd1 + diagonal_x, jy = odd2 + diagonal_y;
+    V qx = madd(-2.0, odd1, diagonal_x), qy = madd(-2.0, odd2, diagonal_y);
 
-        double force_x = 0.0, force_y = 0.0;
-        if constexpr (F.force) take_half_force<F>(r, x, jx, jy, force_x, force_y);
-        if constexpr (F.force) {
-            qx -= 0.5 * force_x;
-            qy -= 0.5 * force_y;
-        }
-        double total_x = force_x, total_y = force_y;  // on the fluid, the solids' included
-        if constexpr (F.grains) {
-            double const weight2 = 2.0 * s.weight[x], solid2 = weight2 * s.fraction[x];  // 2 B/eps, 2 B
-            double const rate = weight2 * rho;
-            double const push_x = madd(rate, s.momentum[0][x], -solid2 * jx),
-                         push_y = madd(rate, s.momentum[1][x], -solid2 * jy);
-            s.force_rate[x] = rate;
-            s.force[0][x] = weight2 * jx;
-            s.force[1][x] = weight2 * jy;
-            jx += 0.5 * push_x;
-            jy += 0.5 * push_y;
-            qx -= 0.5 * push_x;
-            qy -= 0.5 * push_y;
-            total_x += push_x;
-            total_y += push_y;
-        }
-        double inverse_rho;
-        if constexpr (F.les)
-            inverse_rho = eddy.inverse_density[x - begin];
-        else
-            inverse_rho = 1.0 / rho;
-        double const ux = jx * inverse_rho, uy = jy * inverse_rho;
-        double const kinetic = 3.0 * madd(jx, ux, jy * uy);
+    V force_x, force_y;
+    if constexpr (F.force) take_half_force<F>(r, place, jx, jy, force_x, force_y);
+    if constexpr (F.force) {
+        qx = qx - 0.5 * force_x;
+        qy = qy - 0.5 * force_y;
+    }
+    V total_x = force_x, total_y = force_y;  // on the fluid, the solids' included
+    if constexpr (F.grains) {
+        V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
+        V const rate = weight2 * rho;
+        V const push_x = madd(rate, s.momentum[0], -solid2 * jx), push_y = madd(rate, s.momentum[1], -solid2 * jy);
+        s.force_rate = rate;
+        s.force = {weight2 * jx, weight2 * jy};
+        jx = jx + 0.5 * push_x;
+        jy = jy + 0.5 * push_y;
+        qx = qx - 0.5 * push_x;
+        qy = qy - 0.5 * push_y;
+        total_x = total_x + push_x;
+        total_y = total_y + push_y;
+    }
+    V const inverse_rho = F.les ? eddy.inverse_density : 1.0 / rho;
+    V const ux = jx * inverse_rho, uy = jy * inverse_rho;
+    V const kinetic = 3.0 * madd(jx, ux, jy * uy);
 
-        // distances from equilibrium
-        double energy = madd(2.0, diagonals + excess, madd(-4.0, f0[x], -axes)) - kinetic;
-        double square = madd(4.0, f0[x], madd(-2.0, axes, diagonals - excess)) + kinetic;
-        double work = 0, normal_work = 0, shear_work = 0;
-        if constexpr (F.force) {
-            work = 6.0 * (ux * force_x + uy * force_y);
-            normal_work = 2.0 * (ux * force_x - uy * force_y);
-            shear_work = ux * force_y + uy * force_x;
-            energy += 0.5 * work;
-            square -= 0.5 * work;
-        }
-        double normal_change, shear_change;
-        if constexpr (F.les) {
-            normal_change = eddy.normal_change[x - begin];
-            shear_change = eddy.shear_change[x - begin];
-        } else {
-            normal_change = shear_rate4 * (madd(jy, uy, madd(-jx, ux, even1 - even2)) + 0.5 * normal_work);
-            shear_change = shear_rate4 * (madd(-jx, uy, even5 - even6) + 0.5 * shear_work);
-        }
-        // changes of the moments, by the inverse's factors: e and eps/36, p/4, q/6
-        double flux_rate = flux_rate6, energy_rate = energy_rate36, square_rate = square_rate36;
-        if constexpr (F.grains) {
-            double const open = s.open[x], shear_share = stiffened(r.shear, open) / r.shear;
-            flux_rate = (1.0 / 6) * loosened(r.flux, open);
-            energy_rate = (-1.0 / 36) * stiffened(r.energy, open);
-            square_rate = (-1.0 / 36) * stiffened(r.square, open);
-            normal_change *= shear_share;
-            shear_change *= shear_share;
-        }
-        double flux_x = flux_rate * (qx + jx), flux_y = flux_rate * (qy + jy);
-        double energy_change = energy_rate * energy, square_change = square_rate * square;
-        if constexpr (F.force) {
-            energy_change = madd(work, 1.0 / 36, energy_change);
-            square_change = madd(work, -1.0 / 36, square_change);
-            normal_change = madd(normal_work, 0.25, normal_change);
-            shear_change = madd(shear_work, 0.25, shear_change);
-        }
-        if constexpr (F.force || F.grains) {
-            flux_x = madd(total_x, 1.0 / 6, flux_x);
-            flux_y = madd(total_y, 1.0 / 6, flux_y);
-        }
+    // distances from equilibrium
+    V energy = madd(2.0, diagonals + excess, madd(-4.0, f0, -axes)) - kinetic;
+    V square = madd(4.0, f0, madd(-2.0, axes, diagonals - excess)) + kinetic;
+    V work, normal_work, shear_work;
+    if constexpr (F.force) {
+        work = 6.0 * (ux * force_x + uy * force_y);
+        normal_work = 2.0 * (ux * force_x - uy * force_y);
+        shear_work = ux * force_y + uy * force_x;
+        energy = energy + 0.5 * work;
+        square = square - 0.5 * work;
+    }
+    V normal_change = eddy.normal_change, shear_change = eddy.shear_change;
+    if constexpr (!F.les) {
+        V const rate = -0.25 * r.shear;
+        normal_change = rate * (madd(jy, uy, madd(-jx, ux, even1 - even2)) + 0.5 * normal_work);
+        shear_change = rate * (madd(-jx, uy, even5 - even6) + 0.5 * shear_work);
+    }
+    // changes of the moments, by the inverse's factors: e and eps/36, p/4, q/6
+    V flux_rate = r.flux / 6, energy_rate = -r.energy / 36, square_rate = -r.square / 36;
+    if constexpr (F.grains) {
+        V const shear_share = stiffened(r.shear, s.open) / r.shear;
+        flux_rate = (1.0 / 6) * loosened(r.flux, s.open);
+        energy_rate = (-1.0 / 36) * stiffened(r.energy, s.open);
+        square_rate = (-1.0 / 36) * stiffened(r.square, s.open);
+        normal_change = normal_change * shear_share;
+        shear_change = shear_change * shear_share;
+    }
+    V flux_x = flux_rate * (qx + jx), flux_y = flux_rate * (qy + jy);
+    V energy_change = energy_rate * energy, square_change = square_rate * square;
+    if constexpr (F.force) {
+        energy_change = madd(work, 1.0 / 36, energy_change);
+        square_change = madd(work, -1.0 / 36, square_change);
+        normal_change = madd(normal_work, 0.25, normal_change);
+        shear_change = madd(shear_work, 0.25, shear_change);
+    }
+    if constexpr (F.force || F.grains) {
+        flux_x = madd(total_x, 1.0 / 6, flux_x);
+        flux_y = madd(total_y, 1.0 / 6, flux_y);
+    }
 
-        // back to populations
-        double const diagonal = madd(2.0, energy_change, square_change);
-        double const axis = madd(-2.0, square_change, -energy_change);
-        double axis_x = flux_x, axis_y = flux_y;
-        double corner_x = -0.5 * flux_x, corner_y = -0.5 * flux_y;
-        if constexpr (F.force || F.grains) {
-            axis_x = madd(total_x, 1.0 / 6, axis_x);
-            axis_y = madd(total_y, 1.0 / 6, axis_y);
-            corner_x = madd(total_x, 1.0 / 6, corner_x);
-            corner_y = madd(total_y, 1.0 / 6, corner_y);
-        }
-        double const along1 = axis + normal_change, along2 = axis - normal_change;
-        double const along5 = diagonal + shear_change, along6 = diagonal - shear_change;
-        double const corner5 = corner_x + corner_y, corner6 = corner_y - corner_x;
-        f0[x] = madd(4.0, square_change - energy_change, f0[x]);
-        f1[x] += along1 + axis_x;
-        f3[x] += along1 - axis_x;
-        f2[x] += along2 + axis_y;
-        f4[x] += along2 - axis_y;
-        f5[x] += along5 + corner5;
-        f7[x] += along5 - corner5;
-        f6[x] += along6 + corner6;
-        f8[x] += along6 - corner6;
+    // back to populations
+    V const diagonal = madd(2.0, energy_change, square_change);
+    V const axis = madd(-2.0, square_change, -energy_change);
+    V axis_x = flux_x, axis_y = flux_y;
+    V corner_x = -0.5 * flux_x, corner_y = -0.5 * flux_y;
+    if constexpr (F.force || F.grains) {
+        axis_x = madd(total_x, 1.0 / 6, axis_x);
+        axis_y = madd(total_y, 1.0 / 6, axis_y);
+        corner_x = madd(total_x, 1.0 / 6, corner_x);
+        corner_y = madd(total_y, 1.0 / 6, corner_y);
+    }
+    V const along1 = axis + normal_change, along2 = axis - normal_change;
+    V const along5 = diagonal + shear_change, along6 = diagonal - shear_change;
+    V const corner5 = corner_x + corner_y, corner6 = corner_y - corner_x;
+    f0 = madd(4.0, square_change - energy_change, f0);
+    f1 = f1 + (along1 + axis_x);
+    f3 = f3 + (along1 - axis_x);
+    f2 = f2 + (along2 + axis_y);
+    f4 = f4 + (along2 - axis_y);
+    f5 = f5 + (along5 + corner5);
+    f7 = f7 + (along5 - corner5);
+    f6 = f6 + (along6 + corner6);
+    f8 = f8 + (along6 - corner6);
+}
+
+//! The cell x of a row and those after it that V has room for.
+template <Features F, class V, class Stored>
+struct PlaneCell
+{
+    std::array<V, 9> f;
+    SolidCell<2, V> solid;
+    V place;
+
+    [[gnu::always_inline]] PlaneCell(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrdiff_t x,
+                                     std::ptrdiff_t first) noexcept
+    {
+#pragma GCC unroll 9
+        for (std::size_t q = 0; q < 9; ++q) f[q] = load<V>(slots[q] + x);
+        if constexpr (F.grains) solid = SolidCell<2, V>(row, x);
+        if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
+    }
+    [[gnu::always_inline]] void put_back(Slots<2, Stored> const& slots, SolidRow const& row,
+                                         std::ptrdiff_t x) const noexcept
+    {
+#pragma GCC unroll 9
+        for (std::size_t q = 0; q < 9; ++q) store(slots[q] + x, f[q]);
+        if constexpr (F.grains) solid.tell(row, x);
+    }
+};
+
+//! Collides the cells [begin, end) of a row, whole registers, in place. x = 0 is the row's cell `first`.
+template <Features F, class V, class Stored>
+void collide_whole(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t end,
+                   std::ptrdiff_t first, Relaxation const& relaxation)
+{
+    Slots<2, Stored> const f = slots;
+    Relaxation const r = relaxation;
+    SolidRow const s = row;
+    for (std::ptrdiff_t x = begin; x < end; x += static_cast<std::ptrdiff_t>(V::count)) {
+        PlaneCell<F, V, Stored> cell(f, s, x, first);
+        Eddy<V> eddy;
+        if constexpr (F.les) eddy = find_eddy_stress<F>(cell.f, r, cell.solid, cell.place);
+        collide_cell<F, V>(cell.f, r, cell.solid, cell.place, eddy);
+        cell.put_back(f, s, x);
     }
 }
 
-//! Collides the cells [begin, end) of one row in place.
-template <Features F>
-void collide(Slots<2> const& f, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relax,
+//! Collides the cells [begin, end) of one row of D2Q9 in place, in numbers of V.
+template <Features F, class V, class Stored>
+void collide(AnySlots<2> const& slots, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relaxation,
              SolidRow const& solid)
 {
-    EddyBlock eddy;
-    if constexpr (F.les) {
-        for (std::ptrdiff_t x = begin; x < end; x += eddy_block) {
-            std::ptrdiff_t const stop = std::min(x + eddy_block, end);
-            find_eddy_stress<F>(f, x, stop, relax, solid, eddy);
-            collide_block<F>(f, x, stop, relax, solid, eddy);
-        }
-    } else {
-        collide_block<F>(f, begin, end, relax, solid, eddy);
-    }
+    in_whole_registers<2, F.grains, V>(
+        typed<2, Stored>(slots), solid, begin, end,
+        [&](Slots<2, Stored> const& f, SolidRow const& s, std::ptrdiff_t from, std::ptrdiff_t to,
+            std::ptrdiff_t first) { collide_whole<F, V>(f, s, from, to, first, relaxation); });
 }
 
 }  // namespace lbm

@@ -1,21 +1,10 @@
 #pragma once
 
-#include <cmath>
 #include <type_traits>
 
 #include "participants/lbm/cell_row.hpp"
 
 namespace lbm {
-
-//! What a cell knows of the solids in it, and tells of them (SolidRow).
-template <class V>
-struct SolidCell
-{
-    V fraction{}, weight{}, open{};
-    std::array<V, 3> momentum{};
-    V force_rate{};
-    std::array<V, 3> force{};
-};
 
 //! Collides one cell of D3Q19, or several at once, given its populations.
 //!
@@ -30,7 +19,7 @@ struct SolidCell
 //!
 //! Straight-line on purpose, and longer than the house rule: one basic block of independent operations.
 template <Features F, class V>
-[[gnu::always_inline]] inline void collide_cell(std::array<V, 19>& f, Relaxation const& r, SolidCell<V>& s,
+[[gnu::always_inline]] inline void collide_cell(std::array<V, 19>& f, Relaxation const& r, SolidCell<3, V>& s,
                                                 V const& place) noexcept
 {
     using Force = std::conditional_t<F.frame, V, double>;  // the same everywhere, or each cell's own
@@ -74,7 +63,7 @@ template <Features F, class V>
         Fy = Fy - 2.0 * (r.turn[2] * jx - r.turn[0] * jz);
         Fz = Fz - 2.0 * (r.turn[0] * jy - r.turn[1] * jx);
     }
-    V Gx = V{} + Fx, Gy = V{} + Fy, Gz = V{} + Fz;  // force on the fluid, the solids' included
+    V Gx = Fx, Gy = Fy, Gz = Fz;  // force on the fluid, the solids' included
     if constexpr (F.grains) {
         V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
         s.force_rate = weight2 * rho;
@@ -120,13 +109,13 @@ template <Features F, class V>
         V const xy = nxy - nyx, xz = nxz - nzx, yz = nyz - nzy;
         V const trace = xx + yy + zz, mean = trace * (1.0 / 3);
         V const dx = xx - mean, dy = yy - mean, dz = zz - mean;
-        V shear_rate = V{} + stiff(r.shear);
+        V shear_rate = stiff(r.shear);
         if constexpr (F.les) {
             V const size = madd(dx, dx, madd(dy, dy, dz * dz)) + 2.0 * madd(xy, xy, madd(xz, xz, yz * yz));
             V const eddy =
-                2.0 / (r.tau + root(madd(r.smagorinsky_term * inverse_rho, root(2.0 * size), all<V>(r.tau * r.tau))));
+                2.0 / (r.tau + root(madd(r.smagorinsky_term * inverse_rho, root(2.0 * size), r.tau * r.tau)));
             if constexpr (F.grains)
-                shear_rate = s.fraction > eddy_free ? shear_rate : eddy;
+                shear_rate = where_above(s.fraction, eddy_free, shear_rate, eddy);
             else
                 shear_rate = eddy;
         }
@@ -163,53 +152,54 @@ template <Features F, class V>
     collide_pair(fzy, gzy, diagonal, nzy, bulk - along_x - shear_yz, ozy, jy - jz, uy - uz, Fy - Fz, Gy - Gz);
 }
 
-//! Collides the cell x of a row and those after it that V has room for, in place.
-template <Features F, class V>
-[[gnu::always_inline]] inline void collide_at(Slots<3> const& slots, std::ptrdiff_t x, Relaxation const& r,
-                                              SolidRow const& row) noexcept
+//! Collides the cell x of a row and those after it that V has room for, in place. x = 0 is the row's cell `first`.
+template <Features F, class V, class Stored>
+[[gnu::always_inline]] inline void collide_at(Slots<3, Stored> const& slots, std::ptrdiff_t x, std::ptrdiff_t first,
+                                              Relaxation const& r, SolidRow const& row) noexcept
 {
     std::array<V, 19> f;
-    SolidCell<V> s;
+    SolidCell<3, V> s;
+    V place;
 #pragma GCC unroll 19
     for (std::size_t q = 0; q < 19; ++q) f[q] = load<V>(slots[q] + x);
-    if constexpr (F.grains) {
-        s.fraction = load<V>(row.fraction + x);
-        s.weight = load<V>(row.weight + x);
-        s.open = load<V>(row.open + x);
-        for (std::size_t k = 0; k < 3; ++k) s.momentum[k] = load<V>(row.momentum[k] + x);
-    }
-    V place{};
-    if constexpr (F.frame) place = counted_from(place, static_cast<double>(x));
+    if constexpr (F.grains) s = SolidCell<3, V>(row, x);
+    if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
     collide_cell<F, V>(f, r, s, place);
 #pragma GCC unroll 19
     for (std::size_t q = 0; q < 19; ++q) store(slots[q] + x, f[q]);
-    if constexpr (F.grains) {
-        store(row.force_rate + x, s.force_rate);
-        for (std::size_t k = 0; k < 3; ++k) store(row.force[k] + x, s.force[k]);
+    if constexpr (F.grains) s.tell(row, x);
+}
+
+//! How far ahead lines are asked for: nineteen streams are more than the machine follows by itself.
+inline constexpr std::ptrdiff_t lines_ahead = 6;
+
+//! Collides the cells [begin, end) of a row, whole registers, in place. Behind its end the next row begins in memory.
+template <Features F, class V, class Stored>
+void collide_whole(Slots<3, Stored> const& slots, SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t end,
+                   std::ptrdiff_t first, Relaxation const& relaxation)
+{
+    constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
+    constexpr auto cells_a_line = static_cast<std::ptrdiff_t>(64 / sizeof(Stored));
+    Slots<3, Stored> const f = slots;
+    Relaxation const r = relaxation;
+    SolidRow const s = row;
+    for (std::ptrdiff_t x = begin; x < end; x += lanes) {
+        if ((x - begin) % cells_a_line == 0)
+#pragma GCC unroll 19
+            for (std::size_t q = 0; q < 19; ++q) __builtin_prefetch(f[q] + x + lines_ahead * cells_a_line, 1);
+        collide_at<F, V>(f, x, first, r, s);
     }
 }
 
-constexpr std::ptrdiff_t cells_a_line = 8;
-//! How far ahead lines are asked for: nineteen streams are more than the machine follows by itself.
-constexpr std::ptrdiff_t cells_ahead = 6 * cells_a_line;
-
-//! Collides the cells [begin, end) of one row of D3Q19 in place. Behind its end the next row begins in memory.
-template <Features F>
-void collide(Slots<3> const& slots, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relaxation,
+//! Collides the cells [begin, end) of one row of D3Q19 in place, in numbers of V.
+template <Features F, class V, class Stored>
+void collide(AnySlots<3> const& slots, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relaxation,
              SolidRow const& solid)
 {
-    constexpr auto lanes = static_cast<std::ptrdiff_t>(lane_count);
-    Slots<3> const f = slots;
-    Relaxation const r = relaxation;
-    SolidRow const s = solid;
-    std::ptrdiff_t x = begin;
-    for (; x + lanes <= end; x += lanes) {
-        if ((x - begin) % cells_a_line == 0)
-#pragma GCC unroll 19
-            for (std::size_t q = 0; q < 19; ++q) __builtin_prefetch(f[q] + x + cells_ahead, 1);
-        collide_at<F, Lanes>(f, x, r, s);
-    }
-    for (; x < end; ++x) collide_at<F, double>(f, x, r, s);
+    in_whole_registers<3, F.grains, V>(
+        typed<3, Stored>(slots), solid, begin, end,
+        [&](Slots<3, Stored> const& f, SolidRow const& s, std::ptrdiff_t from, std::ptrdiff_t to,
+            std::ptrdiff_t first) { collide_whole<F, V>(f, s, from, to, first, relaxation); });
 }
 
 }  // namespace lbm

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
+#include "coupler/base/error.hpp"
+#include "coupler/scene/beside_scene.hpp"
 #include "coupler/scene/reader.hpp"
 #include "coupler/scene/side_names.hpp"
 #include "coupler/scene/threads.hpp"
+#include "participants/lbm/mesh_solid.hpp"
 
 namespace lbm {
 namespace {
@@ -95,6 +99,37 @@ void read_walls(sluice::Reader& reader, Config& c)
     walls->finish();
 }
 
+//! A closed surface from a file, metres; centre and size of the box about it.
+void read_mesh(sluice::Reader r, Solid& solid)
+{
+    solid.shape = Solid::Shape::mesh;
+    std::filesystem::path const file = r.text("file");
+    double const scale = r.number_or("scale", 1.0, {.above = 0.0, .max = 1e6, .unit = "m"});
+    r.finish();
+    if (file.empty()) return;
+    try {
+        solid.surface = files::read_stl(sluice::beside_scene(r, file));
+    } catch (sluice::Error const& e) {
+        r.refuse("file", std::string("cannot be used: ") + e.what());
+        return;
+    }
+    if (auto const open = open_edges(solid.surface); !open.empty()) r.problem("file", file.string() + " " + open);
+    std::array<double, 3> low, high;
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    for (files::Triangle& t : solid.surface)
+        for (files::Point& corner : t)
+            for (std::size_t k = 0; k < 3; ++k) {
+                corner[k] *= scale;
+                low[k] = std::min(low[k], corner[k]);
+                high[k] = std::max(high[k], corner[k]);
+            }
+    for (std::size_t k = 0; k < 3; ++k) {
+        solid.centre[k] = 0.5 * (low[k] + high[k]);
+        solid.size[k] = high[k] - low[k];
+    }
+}
+
 Solid read_solid(sluice::Reader& reader, std::size_t index, int dimension)
 {
     auto const axes = static_cast<std::size_t>(dimension);
@@ -123,6 +158,8 @@ Solid read_solid(sluice::Reader& reader, std::size_t index, int dimension)
         solid.axis = cylinder->choice("axis", {"x", "y", "z"});
         solid.radius = cylinder->number("radius", {.above = 0.0, .unit = "m"});
         cylinder->finish();
+    } else if (auto mesh = dimension == 3 ? reader.child_if("mesh") : std::nullopt) {
+        read_mesh(*mesh, solid);
     } else {
         sluice::Reader ball = reader.child(round);
         solid.centre = vector(ball, "centre");
@@ -138,7 +175,8 @@ std::optional<std::size_t> axis_beyond(Solid const& solid, Config const& c)
 {
     for (std::size_t k = 0; k < c.axes(); ++k) {
         if (solid.shape == Solid::Shape::cylinder && solid.axis == k) continue;
-        double const half = solid.shape == Solid::Shape::box ? 0.5 * solid.size[k] : solid.radius;
+        bool const boxed = solid.shape == Solid::Shape::box || solid.shape == Solid::Shape::mesh;
+        double const half = boxed ? 0.5 * solid.size[k] : solid.radius;
         if (solid.centre[k] + half <= c.origin[k] || solid.centre[k] - half >= c.origin[k] + c.size[k]) return k;
     }
     return {};
@@ -359,6 +397,8 @@ std::vector<std::string> describe(Config const& c)
         format("relaxation time       tau = %.6g (limit 0.5)", c.relaxation_time()),
         format("Mach number           %.3g at %g m/s (limit 0.3)", mach(c), c.max_velocity),
         format("grid Reynolds number  %.3g", grid_reynolds(c)),
+        c.precision == Precision::float64 ? "populations           double precision"
+                                          : "populations           single precision",
         "sound speed           " + with_unit(sound_speed_lu * c.units().velocity_unit(), "m/s"),
         format("hydrodynamic radius   %g R", c.hydrodynamic_radius),
         c.rotation ? format("frame                 turns at %g rad/s%s", c.rotation->rate,
@@ -408,6 +448,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
     read_phase(r, c, phase);
+    c.precision = static_cast<Precision>(r.choice_or("precision", 0, {"double", "single"}));
     c.threads = sluice::read_threads(r, "auto");
     bool const readable =
         c.cell > 0 && c.step > 0 && std::isfinite(c.step) && c.size[0] > 0 && c.viscosity > 0 && c.density > 0;

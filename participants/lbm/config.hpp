@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "coupler/scene/scene.hpp"
+#include "participants/files/stl_file.hpp"
 #include "participants/lbm/lattice_units.hpp"
 
 namespace sluice {
@@ -14,6 +15,12 @@ class Reader;
 
 namespace lbm {
 
+//! Of stored populations.
+enum class Precision
+{
+    float64,
+    float32
+};
 enum class Operator
 {
     mrt,
@@ -61,16 +68,18 @@ struct Solid
 {
     enum class Shape
     {
-        ball,     //!< a disc or a sphere
-        box,      //!< along the axes
-        cylinder  //!< in space, along an axis, through the whole domain
+        ball,      //!< a disc or a sphere
+        box,       //!< along the axes
+        cylinder,  //!< in space, along an axis, through the whole domain
+        mesh       //!< in space, within a closed surface
     };
     std::string name;
     Shape shape = Shape::ball;
     std::array<double, 3> centre{};  //!< of a box its middle; torques are about it
     double radius = 0;
-    std::array<double, 3> size{};  //!< of a box
-    std::size_t axis = 0;          //!< of a cylinder
+    std::array<double, 3> size{};            //!< of a box, or of the one about a mesh
+    std::size_t axis = 0;                    //!< of a cylinder
+    std::vector<files::Triangle> surface{};  //!< of a mesh [m]
 };
 
 //! How solids finer than a cell hinder the flow (drag_law.hpp).
@@ -121,8 +130,9 @@ struct Config
     std::optional<Oscillation> oscillation{};
     //! Of the frame: Coriolis' and Euler's acceleration act on the lattice, with `hydrostatic` the centrifugal one too.
     std::optional<sluice::Rotation> rotation{};
-    bool hydrostatic = false;        //!< gravity acts on the lattice
-    double hydrodynamic_radius = 1;  //!< the fluid sees a disc of this factor times its radius
+    bool hydrostatic = false;                  //!< gravity acts on the lattice
+    Precision precision = Precision::float64;  //!< of the populations as they are stored
+    double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
     std::optional<PhaseConfig> phase{};
     int threads = 1;
 

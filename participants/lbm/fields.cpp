@@ -49,17 +49,34 @@ struct Cells
 
 }  // namespace
 
+//! Density excess, and momentum in the place of velocity.
+template <int D>
+void Solver<D>::read_moments(std::ptrdiff_t r, RowState<D>& row) const
+{
+    using L = Lattice<D>;
+    auto const n = static_cast<std::size_t>(populations_.nx());
+    row.excess.assign(n, 0.0);
+    for (auto& v : row.velocity) v.assign(n, 0.0);
+    populations_.visit([&](auto const& rows) {
+        for (std::size_t q = 0; q < L::directions; ++q) {
+            auto const* const f = rows.row(q, r);
+            for (std::size_t x = 0; x < n; ++x) row.excess[x] += f[x];
+            for (std::size_t axis = 0; axis < D; ++axis)
+                if (double const c = L::c[q][axis]; c != 0)
+                    for (std::size_t x = 0; x < n; ++x) row.velocity[axis][x] += c * f[x];
+        }
+    });
+}
+
 //! Lattice units. In a covered cell the velocity is (1 - B) u + B u_s: the mean of the cell's momentum before and after
 //! the collision, hence what flows through it.
 template <int D>
 void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
 {
-    using L = Lattice<D>;
     auto const n = static_cast<std::size_t>(populations_.nx());
     std::array<std::vector<double>, D> solid;
     std::vector<double> drag(n, 0.0);
-    for (auto* v : {&row.excess, &row.fraction}) v->assign(n, 0.0);
-    for (auto& v : row.velocity) v.assign(n, 0.0);
+    row.fraction.assign(n, 0.0);
     for (auto& v : solid) v.assign(n, 0.0);
     for (std::uint32_t const index : coverage_.row(r)) {
         Strip<D> const& s = coverage_.strips()[index];
@@ -73,26 +90,21 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
         }
     }
     Relaxation const relaxation = of_row(r);
-    std::array<double const*, L::directions> f;
-    for (std::size_t q = 0; q < f.size(); ++q) f[q] = populations_.row(q, r);
+    read_moments(r, row);
     for (std::size_t x = 0; x < n; ++x) {
-        double excess = 0;
-        std::array<double, 3> j;
+        std::array<double, 3> j{};
         for (std::size_t axis = 0; axis < 3; ++axis)
             j[axis] = 0.5 * (relaxation.force[axis] + relaxation.slope[axis] * static_cast<double>(x));
-        for (std::size_t q = 0; q < f.size(); ++q) {
-            excess += f[q][x];
-            for (std::size_t axis = 0; axis < D; ++axis) j[axis] += L::c[q][axis] * f[q][x];
-        }
+        for (std::size_t axis = 0; axis < D; ++axis) j[axis] += row.velocity[axis][x];
         double const share = weight_per_fraction(row.fraction[x], drag[x], relaxation_.tau);
         double const fluid = 1 - share * row.fraction[x];
-        row.excess[x] = excess;
         typename Phase<D>::Cell fine;
-        if (phase_) fine = phase_->cell(static_cast<std::size_t>(r * populations_.nx()) + x, j, 1 + excess);
+        double const rho = 1 + row.excess[x];
+        if (phase_) fine = phase_->cell(static_cast<std::size_t>(r * populations_.nx()) + x, j, rho);
         if (turning_) turn_with_half(relaxation.turn, j[0], j[1], j[2]);
         for (std::size_t axis = 0; axis < D; ++axis)
-            row.velocity[axis][x] = (fluid - fine.weight) * j[axis] / (1 + excess) + share * solid[axis][x] +
-                                    fine.weight * fine.velocity[axis];
+            row.velocity[axis][x] =
+                (fluid - fine.weight) * j[axis] / rho + share * solid[axis][x] + fine.weight * fine.velocity[axis];
         row.fraction[x] += fine.solid;
         row.fraction[x] = std::min(row.fraction[x], 1.0);
     }

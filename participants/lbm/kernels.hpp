@@ -7,9 +7,11 @@ namespace lbm {
 
 //! Collides the cells [begin, end) of one row in place.
 template <int D>
-using Kernel = void (*)(Slots<D> const&, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const&, SolidRow const&);
+using Kernel = void (*)(AnySlots<D> const&, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const&,
+                        SolidRow const&);
 
-//! Those of a run: of cells without solids, and with them.
+//! Those of a run: of cells without solids, and with them. Floats are computed with as floats where no solid is near,
+//! and as doubles in cells with solids: their forces are sums over cells.
 template <int D>
 struct Kernels
 {

@@ -4,15 +4,22 @@
 namespace lbm {
 namespace {
 
-template <bool Les, bool Force, bool Frame>
-constexpr Kernels<2> kernels = {collide<Features{.les = Les, .force = Force, .frame = Frame}>,
-                                collide<Features{.les = Les, .force = Force, .grains = true, .frame = Frame}>};
+template <class Stored, bool Les, bool Force, bool Frame>
+constexpr Kernels<2> kernels = {
+    collide<Features{.les = Les, .force = Force, .frame = Frame}, Lanes<Stored>, Stored>,
+    collide<Features{.les = Les, .force = Force, .grains = true, .frame = Frame}, Lanes<double>, Stored>};
 
-template <bool Les>
+template <class Stored, bool Les>
 Kernels<2> chosen(Features const& f)
 {
-    if (f.frame) return kernels<Les, true, true>;
-    return f.force ? kernels<Les, true, false> : kernels<Les, false, false>;
+    if (f.frame) return kernels<Stored, Les, true, true>;
+    return f.force ? kernels<Stored, Les, true, false> : kernels<Stored, Les, false, false>;
+}
+
+template <class Stored>
+Kernels<2> stored_as(Features const& f)
+{
+    return f.les ? chosen<Stored, true>(f) : chosen<Stored, false>(f);
 }
 
 }  // namespace
@@ -21,7 +28,7 @@ template <>
 Kernels<2> kernels_of<2>(Config const& config)
 {
     Features const f = features_of(config);
-    return f.les ? chosen<true>(f) : chosen<false>(f);
+    return config.precision == Precision::float64 ? stored_as<double>(f) : stored_as<float>(f);
 }
 
 }  // namespace lbm

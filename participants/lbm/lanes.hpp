@@ -7,87 +7,130 @@
 #include <immintrin.h>
 #endif
 
-//! Several doubles that are computed with at once, as many as the target's registers hold. Every lane is rounded as
-//! a scalar is, so that a cell's bits do not depend on how many are taken at a time. The same names serve one double.
-#pragma GCC diagnostic ignored "-Wpsabi"  // lanes stay within a build, all of which has the same instructions
 namespace lbm {
 
 #if defined(__AVX512F__)
-inline constexpr std::size_t lane_count = 8;
+inline constexpr std::size_t register_bytes = 64;
 #elif defined(__AVX__)
-inline constexpr std::size_t lane_count = 4;
+inline constexpr std::size_t register_bytes = 32;
 #else
-inline constexpr std::size_t lane_count = 2;
+inline constexpr std::size_t register_bytes = 16;
 #endif
-typedef double Lanes __attribute__((vector_size(8 * lane_count)));
 
-//! The same number in all lanes.
-template <class V>
-[[gnu::always_inline]] inline V all(double x) noexcept
+//! Several floats or doubles that are computed with at once, as many as a register of the target holds. Every lane is
+//! rounded as a scalar is, so that a cell's bits do not depend on its place among them. A double takes part as the same
+//! number in all lanes.
+template <class T>
+struct Lanes
 {
-    return V{} + x;
-}
-//! The numbers from the first one on, by ones.
-[[gnu::always_inline]] inline Lanes counted_from(Lanes, double first) noexcept
-{
-    Lanes all{};
-    for (std::size_t k = 0; k < lane_count; ++k) all[k] = first + static_cast<double>(k);
-    return all;
-}
-[[gnu::always_inline]] inline double counted_from(double, double first) noexcept
-{
-    return first;
-}
-template <class V>
-[[gnu::always_inline]] inline V load(double const* from) noexcept
-{
-    V v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-template <class V>
-[[gnu::always_inline]] inline void store(double* to, V v) noexcept
-{
-    std::memcpy(to, &v, sizeof v);
-}
+    static constexpr std::size_t count = register_bytes / sizeof(T);
+    typedef T Register __attribute__((vector_size(register_bytes)));
+    Register all{};
 
-//! a b + c, rounded once where the machine can (-ffp-contract=off leaves the choice to the source).
-[[gnu::always_inline]] inline double madd(double a, double b, double c) noexcept
-{
-#ifdef __FMA__
-    return __builtin_fma(a, b, c);
-#else
-    return a * b + c;
-#endif
-}
-[[gnu::always_inline]] inline Lanes madd(Lanes a, Lanes b, Lanes c) noexcept
-{
+    Lanes() = default;
+    [[gnu::always_inline]] Lanes(Register r) noexcept : all(r) {}
+    //! x - 0, not 0 + x: the compiler may drop the one, since it keeps -0.
+    [[gnu::always_inline]] Lanes(double x) noexcept : all(static_cast<T>(x) - Register{}) {}
+
+    [[gnu::always_inline]] friend Lanes operator-(Lanes a) noexcept { return -a.all; }
+    [[gnu::always_inline]] friend Lanes operator+(Lanes a, Lanes b) noexcept { return a.all + b.all; }
+    [[gnu::always_inline]] friend Lanes operator-(Lanes a, Lanes b) noexcept { return a.all - b.all; }
+    [[gnu::always_inline]] friend Lanes operator*(Lanes a, Lanes b) noexcept { return a.all * b.all; }
+    [[gnu::always_inline]] friend Lanes operator/(Lanes a, Lanes b) noexcept { return a.all / b.all; }
+
+    //! a b + c, rounded once where the machine can (-ffp-contract=off leaves the choice to the source).
+    [[gnu::always_inline]] friend Lanes madd(Lanes a, Lanes b, Lanes c) noexcept
+    {
+        if constexpr (sizeof(T) == sizeof(double)) {
 #if defined(__AVX512F__)
-    return _mm512_fmadd_pd(a, b, c);
+            return Register(_mm512_fmadd_pd(a.all, b.all, c.all));
 #elif defined(__FMA__) && defined(__AVX__)
-    return _mm256_fmadd_pd(a, b, c);
-#else
-    return a * b + c;
+            return Register(_mm256_fmadd_pd(a.all, b.all, c.all));
 #endif
-}
-[[gnu::always_inline]] inline Lanes madd(double a, Lanes b, Lanes c) noexcept
+        } else {
+#if defined(__AVX512F__)
+            return Register(_mm512_fmadd_ps(a.all, b.all, c.all));
+#elif defined(__FMA__) && defined(__AVX__)
+            return Register(_mm256_fmadd_ps(a.all, b.all, c.all));
+#endif
+        }
+        return a.all * b.all + c.all;
+    }
+    [[gnu::always_inline]] friend Lanes root(Lanes a) noexcept
+    {
+#if defined(__AVX512F__)
+        if constexpr (sizeof(T) == sizeof(double))
+            return Register(_mm512_sqrt_pd(a.all));
+        else
+            return Register(_mm512_sqrt_ps(a.all));
+#else
+        for (std::size_t k = 0; k < count; ++k) a.all[k] = std::sqrt(a.all[k]);
+        return a;
+#endif
+    }
+    //! 1/root(a) for a > 0, sooner: where the machine has an estimate of 14 bits, y, that is corrected by e = 1 - a
+    //! y^2, double to y (1 + e/2 + 3 e^2/8), off by 2^-40 of itself, float to y (1 + e/2), off by rounding.
+    [[gnu::always_inline]] friend Lanes reciprocal_root_nearly(Lanes a) noexcept
+    {
+#if defined(__AVX512F__)
+        if constexpr (sizeof(T) == sizeof(double)) {
+            Lanes const y = Register(_mm512_rsqrt14_pd(a.all)), e = madd(-a * y, y, 1.0);
+            return madd(y * e, madd(0.375, e, 0.5), y);
+        } else {
+            Lanes const y = Register(_mm512_rsqrt14_ps(a.all)), e = madd(-a * y, y, 1.0);
+            return madd(0.5 * y, e, y);
+        }
+#else
+        return 1.0 / root(a);
+#endif
+    }
+    //! 1/a, as exact as that: e = 1 - a y, double y (1 + e + e^2), float y (1 + e).
+    [[gnu::always_inline]] friend Lanes reciprocal_nearly(Lanes a) noexcept
+    {
+#if defined(__AVX512F__)
+        if constexpr (sizeof(T) == sizeof(double)) {
+            Lanes const y = Register(_mm512_rcp14_pd(a.all)), e = madd(-a, y, 1.0);
+            return madd(y, madd(e, e, e), y);
+        } else {
+            Lanes const y = Register(_mm512_rcp14_ps(a.all)), e = madd(-a, y, 1.0);
+            return madd(y, e, y);
+        }
+#else
+        return 1.0 / a;
+#endif
+    }
+    //! a where x is above the limit, else b.
+    [[gnu::always_inline]] friend Lanes where_above(Lanes x, double limit, Lanes a, Lanes b) noexcept
+    {
+        return Register(x.all > Lanes(limit).all ? a.all : b.all);
+    }
+};
+
+//! The numbers from the first one on, by ones.
+template <class V>
+[[gnu::always_inline]] inline V counted_from(double first) noexcept
 {
-    return madd(all<Lanes>(a), b, c);
+    V numbers;
+    for (std::size_t k = 0; k < V::count; ++k)
+        numbers.all[k] = static_cast<decltype(numbers.all[0] + 0)>(first + static_cast<double>(k));
+    return numbers;
 }
 
-[[gnu::always_inline]] inline double root(double x) noexcept
+//! From floats or doubles, and to them: rounded to the nearest where they are shorter.
+template <class V, class Stored>
+[[gnu::always_inline]] inline V load(Stored const* from) noexcept
 {
-    return std::sqrt(x);
+    typedef Stored Part __attribute__((vector_size(V::count * sizeof(Stored))));
+    Part part;
+    std::memcpy(&part, from, sizeof part);
+    return V(__builtin_convertvector(part, typename V::Register));
 }
-[[gnu::always_inline]] inline Lanes root(Lanes x) noexcept
+template <class V, class Stored>
+[[gnu::always_inline]] inline void store(Stored* to, V const& v) noexcept
 {
-#if defined(__AVX512F__)
-    return _mm512_sqrt_pd(x);
-#elif defined(__AVX__)
-    return _mm256_sqrt_pd(x);
-#else
-    return Lanes{std::sqrt(x[0]), std::sqrt(x[1])};
-#endif
+    typedef Stored Part __attribute__((vector_size(V::count * sizeof(Stored))));
+    Part const part = __builtin_convertvector(v.all, Part);
+    std::memcpy(to, &part, sizeof part);
 }
 
 }  // namespace lbm

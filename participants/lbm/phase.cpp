@@ -196,7 +196,8 @@ typename Phase<D>::Cell Phase<D>::cell(std::size_t index, std::array<double, 3> 
 
 //! As one more solid that covers `fraction` = B/weight: together with bodies in a cell at most full_weight.
 template <int D>
-void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, Slots<D> const& slots,
+template <class Stored>
+void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, Slots<D, Stored> const& slots,
                           Relaxation const& relaxation, SolidRowInput const& input)
 {
     using L = Lattice<D>;
@@ -307,5 +308,13 @@ void Phase<D>::restore(sluice::State const& kept)
 
 template class Phase<2>;
 template class Phase<3>;
+#define LBM_PHASE(D, Stored)                                                                                    \
+    template void Phase<D>::add_to_row(std::ptrdiff_t, std::ptrdiff_t, std::ptrdiff_t, Slots<D, Stored> const&, \
+                                       Relaxation const&, SolidRowInput const&);
+LBM_PHASE(2, double)
+LBM_PHASE(2, float)
+LBM_PHASE(3, double)
+LBM_PHASE(3, float)
+#undef LBM_PHASE
 
 }  // namespace lbm

@@ -57,7 +57,8 @@ class Phase
     //! Marks the blocks of cells of a row with solid.
     void mark(std::ptrdiff_t row, std::vector<char>& blocks) const;
     //! Adds what the cells [begin, end) of a row hold to the row's solids.
-    void add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, Slots<D> const& slots,
+    template <class Stored>
+    void add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, Slots<D, Stored> const& slots,
                     Relaxation const& relaxation, SolidRowInput const& input);
     //! ... and after the row's collision, what they gave up.
     void take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, SolidRow const& solid);

@@ -12,7 +12,7 @@
 namespace lbm {
 namespace {
 
-constexpr std::ptrdiff_t line = 8;            //!< doubles in a cache line
+constexpr std::size_t line_bytes = 64;        //!< of the cache
 constexpr std::size_t huge_page = 2UL << 20;  //!< [B]
 //! Steps between two moves back: 1 % of the traffic (lbm_bench); in space, of the directions that leave their plane: 3
 //! %, for an eighth more of a lattice of 128 planes.
@@ -24,14 +24,14 @@ constexpr std::ptrdiff_t round_up(std::ptrdiff_t n, std::ptrdiff_t to)
 }
 
 //! An odd number of cache lines: planes and arrays then never fall into one set of the cache.
-constexpr std::ptrdiff_t pad(std::ptrdiff_t n)
+constexpr std::ptrdiff_t pad(std::ptrdiff_t n, std::ptrdiff_t line)
 {
     return (round_up(n, line) / line | 1) * line;
 }
 
 //! A row's cells with a ghost at each end, in whole cache lines, but not so many that rows above one another fall into
 //! one set.
-constexpr std::ptrdiff_t row_stride(std::ptrdiff_t cells)
+constexpr std::ptrdiff_t row_stride(std::ptrdiff_t cells, std::ptrdiff_t line)
 {
     std::ptrdiff_t const lines = round_up(cells + 2, line) / line;
     return (lines % 8 == 0 ? lines + 1 : lines) * line;
@@ -46,20 +46,22 @@ std::ptrdiff_t Populations<D>::slack(std::size_t q) const noexcept
 }
 
 template <int D>
-Populations<D>::Populations(Extent cells, sluice::Team& team)
+Populations<D>::Populations(Extent cells, Precision precision, sluice::Team& team)
     : cells_(cells),
-      stride_(row_stride(cells[0])),
-      plane_(D == 2 ? 0 : pad((cells[1] + 2) * stride_)),
-      body_((D == 2 ? (cells[1] + 2) * stride_ : (cells[2] + 2) * plane_) + 2 * line)
+      precision_(precision),
+      line_(static_cast<std::ptrdiff_t>(line_bytes / bytes_of(precision))),
+      stride_(row_stride(cells[0], line_)),
+      plane_(D == 2 ? 0 : pad((cells[1] + 2) * stride_, line_)),
+      body_((D == 2 ? (cells[1] + 2) * stride_ : (cells[2] + 2) * plane_) + 2 * line_)
 {
     std::array<std::ptrdiff_t, Lattice<D>::directions> begin;
     std::ptrdiff_t length = 0;
     for (std::size_t q = 0; q < begin.size(); ++q) {
         begin[q] = length;
-        length += pad(body_ + slack(q));
+        length += pad(body_ + slack(q), line_);
     }
-    bytes_ = (static_cast<std::size_t>(length) * sizeof(double) + huge_page - 1) / huge_page * huge_page;
-    memory_.reset(static_cast<double*>(std::aligned_alloc(huge_page, bytes_)));
+    bytes_ = (static_cast<std::size_t>(length) * bytes_of(precision) + huge_page - 1) / huge_page * huge_page;
+    memory_.reset(static_cast<std::byte*>(std::aligned_alloc(huge_page, bytes_)));
     sluice::require(memory_ != nullptr, [&] {
         return sluice::Error("fluid: " + std::to_string(bytes_ >> 20) +
                                  " MiB for the lattice are not to be had. Take a larger cell or a smaller domain.",
@@ -68,13 +70,13 @@ Populations<D>::Populations(Extent cells, sluice::Team& team)
     madvise(memory_.get(), bytes_, MADV_HUGEPAGE);
     for (std::size_t q = 0; q < begin.size(); ++q) {
         std::ptrdiff_t const low = shift(q) > 0 ? slack(q) : 0;  // the origin moves down when the population moves up
-        start_[q] = memory_.get() + begin[q] + low + plane_ + stride_ + line;
+        start_[q] = begin[q] + low + plane_ + stride_ + line_;
     }
     origin_ = start_;
     auto const pages = static_cast<std::ptrdiff_t>(bytes_ / huge_page);
     team.share(pages, 1, [&](std::ptrdiff_t from, std::ptrdiff_t to) {
-        char* const first = reinterpret_cast<char*>(memory_.get()) + static_cast<std::size_t>(from) * huge_page;
-        std::memset(first, 0, static_cast<std::size_t>(to - from) * huge_page);
+        std::memset(memory_.get() + static_cast<std::size_t>(from) * huge_page, 0,
+                    static_cast<std::size_t>(to - from) * huge_page);
     });
 }
 
@@ -87,11 +89,11 @@ void Populations<D>::stream(sluice::Team& team)
     }
     if (!used_up.empty()) {
         std::ptrdiff_t const before = plane_ + stride_ + 1;  // the ghost corner (-1, -1, -1)
-        auto const size = static_cast<std::size_t>(body_ - 2 * line + 2) * sizeof(double);
+        auto const size = static_cast<std::size_t>(body_ - 2 * line_ + 2) * bytes_of(precision_);
         team.share(static_cast<std::ptrdiff_t>(used_up.size()), 1, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
             for (std::ptrdiff_t i = begin; i < end; ++i) {
                 std::size_t const q = used_up[static_cast<std::size_t>(i)];
-                std::memmove(start_[q] - before, origin_[q] - before, size);
+                std::memmove(slot(start_[q] - before), slot(origin_[q] - before), size);
                 origin_[q] = start_[q];
             }
         });

@@ -1,24 +1,46 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
+#include <type_traits>
 
 #include "coupler/base/team.hpp"
+#include "participants/lbm/config.hpp"
 #include "participants/lbm/lattice.hpp"
 
 namespace lbm {
 
+constexpr std::size_t bytes_of(Precision precision) noexcept
+{
+    return precision == Precision::float64 ? sizeof(double) : sizeof(float);
+}
+
 //! For each direction the slot of cell x = 0 of one row.
+template <int D, class Stored>
+using Slots = std::array<Stored*, Lattice<D>::directions>;
+//! The same for who does not know how populations are stored.
 template <int D>
-using Slots = std::array<double*, Lattice<D>::directions>;
+using AnySlots = std::array<void*, Lattice<D>::directions>;
+
+template <int D, class Stored>
+Slots<D, Stored> typed(AnySlots<D> const& slots) noexcept
+{
+    Slots<D, Stored> all;
+    for (std::size_t q = 0; q < all.size(); ++q) all[q] = static_cast<Stored*>(slots[q]);
+    return all;
+}
 
 //! Cells along x, y, z; one along z in the plane.
 using Extent = std::array<std::ptrdiff_t, 3>;
 
-//! The populations f_q - w_q [-], one array for each direction, shape [q][z][y][x], x fastest, with one ghost cell all
-//! round (in the plane none along z).
+template <int D, class Stored>
+class Rows;
+
+//! The populations f_q - w_q [-], float or double, one array for each direction, shape [q][z][y][x], x fastest, with
+//! one ghost cell all round (in the plane none along z).
 //!
 //! Streaming moves no data. A cell's post-collision value stays in its slot and the array's origin moves by -c_q, so
 //! that the neighbour at +c_q finds it where it looks for its own:
@@ -30,7 +52,7 @@ template <int D>
 class Populations
 {
  public:
-    Populations(Extent cells, sluice::Team& team);  //!< all slots 0: fluid of density 1 at rest
+    Populations(Extent cells, Precision precision, sluice::Team& team);  //!< all slots 0: fluid of density 1 at rest
 
     std::ptrdiff_t nx() const noexcept { return cells_[0]; }
     std::ptrdiff_t ny() const noexcept { return cells_[1]; }
@@ -42,22 +64,25 @@ class Populations
     std::ptrdiff_t y_of(std::ptrdiff_t row) const noexcept { return D == 2 ? row : row % cells_[1]; }
     std::ptrdiff_t z_of(std::ptrdiff_t row) const noexcept { return D == 2 ? 0 : row / cells_[1]; }
 
-    //! Slot of direction q of cell (0, y, z); valid for -1 <= x <= nx and so on until the next stream().
-    double* at(std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) noexcept
+    Precision precision() const noexcept { return precision_; }
+    AnySlots<D> row(std::ptrdiff_t r) noexcept
     {
-        return origin_[q] + y * stride_ + z * plane_;
-    }
-    double const* at(std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
-    {
-        return origin_[q] + y * stride_ + z * plane_;
-    }
-    double* row(std::size_t q, std::ptrdiff_t r) noexcept { return at(q, y_of(r), z_of(r)); }
-    double const* row(std::size_t q, std::ptrdiff_t r) const noexcept { return at(q, y_of(r), z_of(r)); }
-    Slots<D> row(std::ptrdiff_t r) noexcept
-    {
-        Slots<D> slots;
-        for (std::size_t q = 0; q < Lattice<D>::directions; ++q) slots[q] = row(q, r);
+        AnySlots<D> slots;
+        for (std::size_t q = 0; q < Lattice<D>::directions; ++q) slots[q] = slot(offset(q, y_of(r), z_of(r)));
         return slots;
+    }
+
+    //! Calls with Rows of the type that is stored.
+    template <class Call>
+    decltype(auto) visit(Call&& call)
+    {
+        return precision_ == Precision::float64 ? call(Rows<D, double>(*this)) : call(Rows<D, float>(*this));
+    }
+    template <class Call>
+    decltype(auto) visit(Call&& call) const
+    {
+        return precision_ == Precision::float64 ? call(Rows<D, double const>(*this))
+                                                : call(Rows<D, float const>(*this));
     }
 
     void stream(sluice::Team& team);  //!< one step: every population moves by c_q
@@ -65,11 +90,23 @@ class Populations
     std::size_t bytes() const noexcept { return bytes_; }
 
  private:
+    template <int E, class Stored>
+    friend class Rows;
+
     struct Free
     {
-        void operator()(double* p) const noexcept { std::free(p); }
+        void operator()(std::byte* p) const noexcept { std::free(p); }
     };
 
+    //! Of direction q of cell (0, y, z), from the memory's begin [populations].
+    std::ptrdiff_t offset(std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
+    {
+        return origin_[q] + y * stride_ + z * plane_;
+    }
+    std::byte* slot(std::ptrdiff_t offset) const noexcept
+    {
+        return memory_.get() + offset * static_cast<std::ptrdiff_t>(bytes_of(precision_));
+    }
     std::ptrdiff_t shift(std::size_t q) const noexcept
     {
         auto const& c = Lattice<D>::c[q];
@@ -78,11 +115,48 @@ class Populations
     std::ptrdiff_t slack(std::size_t q) const noexcept;
 
     Extent cells_;
+    Precision precision_;
+    std::ptrdiff_t line_;  //!< populations in a cache line
     std::ptrdiff_t stride_, plane_, body_;
     std::size_t bytes_ = 0;
-    std::unique_ptr<double, Free> memory_;
-    Slots<D> start_{};   //!< origin of each array when its slack is whole
-    Slots<D> origin_{};  //!< slot of cell (0, 0, 0) now
+    std::unique_ptr<std::byte, Free> memory_;
+    std::array<std::ptrdiff_t, Lattice<D>::directions> start_{};   //!< origin of each array when its slack is whole
+    std::array<std::ptrdiff_t, Lattice<D>::directions> origin_{};  //!< slot of cell (0, 0, 0) now
+};
+
+//! Populations as the type that they are stored as: float or double, or const of these.
+template <int D, class Stored>
+class Rows
+{
+ public:
+    static constexpr bool constant = std::is_const_v<Stored>;
+    using Of = std::conditional_t<constant, Populations<D> const, Populations<D>>;
+
+    explicit Rows(Of& of) noexcept : of_(&of) { assert(sizeof(Stored) == bytes_of(of.precision())); }
+
+    std::ptrdiff_t nx() const noexcept { return of_->nx(); }
+    std::ptrdiff_t ny() const noexcept { return of_->ny(); }
+    std::ptrdiff_t nz() const noexcept { return of_->nz(); }
+    std::ptrdiff_t rows() const noexcept { return of_->rows(); }
+    std::ptrdiff_t stride() const noexcept { return of_->stride(); }
+    std::ptrdiff_t y_of(std::ptrdiff_t row) const noexcept { return of_->y_of(row); }
+    std::ptrdiff_t z_of(std::ptrdiff_t row) const noexcept { return of_->z_of(row); }
+
+    //! Slot of direction q of cell (0, y, z); valid for -1 <= x <= nx and so on until the next stream().
+    Stored* at(std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
+    {
+        return reinterpret_cast<Stored*>(of_->memory_.get()) + of_->offset(q, y, z);
+    }
+    Stored* row(std::size_t q, std::ptrdiff_t r) const noexcept { return at(q, y_of(r), z_of(r)); }
+    Slots<D, Stored> row(std::ptrdiff_t r) const noexcept
+    {
+        Slots<D, Stored> slots;
+        for (std::size_t q = 0; q < slots.size(); ++q) slots[q] = row(q, r);
+        return slots;
+    }
+
+ private:
+    Of* of_;
 };
 
 }  // namespace lbm

@@ -33,9 +33,11 @@ template <class V>
 }
 
 //! The same in the plane, about its normal.
-[[gnu::always_inline]] inline void turn_in_plane(double w, double& x, double& y) noexcept
+template <class V>
+[[gnu::always_inline]] inline void turn_in_plane(double w, V& x, V& y) noexcept
 {
-    double const share = 1 / (1 + w * w), a = share * (x + w * y);
+    double const share = 1 / (1 + w * w);
+    V const a = share * (x + w * y);
     y = share * (y - w * x);
     x = a;
 }

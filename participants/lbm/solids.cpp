@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "participants/lbm/mesh_solid.hpp"
 #include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/sphere_volume.hpp"
 
@@ -93,27 +94,42 @@ Patch<3> cylinder(std::array<double, 3> const& centre, double radius, std::size_
     return patch;
 }
 
+std::vector<files::Triangle> in_cells(Solid const& solid, Config const& config)
+{
+    std::vector<files::Triangle> surface = solid.surface;
+    for (files::Triangle& t : surface)
+        for (files::Point& corner : t)
+            for (std::size_t k = 0; k < 3; ++k) corner[k] = (corner[k] - config.origin[k]) / config.cell;
+    return surface;
+}
+
+template <int D>
+Patch<D> patch_of(Solid const& solid, Config const& config)
+{
+    std::array<double, 3> centre{}, size{};
+    for (std::size_t k = 0; k < D; ++k) {
+        centre[k] = (solid.centre[k] - config.origin[k]) / config.cell;
+        size[k] = solid.size[k] / config.cell;
+    }
+    double const radius = solid.radius / config.cell;
+    Patch<D> patch;
+    if (solid.shape == Solid::Shape::box) patch = box<D>(centre, size);
+    if (solid.shape == Solid::Shape::ball) patch = ball<D>(centre, radius);
+    if constexpr (D == 3) {
+        if (solid.shape == Solid::Shape::cylinder) patch = cylinder(centre, radius, solid.axis, config.cells());
+        if (solid.shape == Solid::Shape::mesh) patch = mesh_patch(in_cells(solid, config), config.cells());
+    }
+    std::copy_n(centre.begin(), D, patch.centre.begin());
+    return patch;
+}
+
 }  // namespace
 
 template <int D>
 std::vector<Patch<D>> patches_of(Config const& config)
 {
     std::vector<Patch<D>> patches;
-    for (Solid const& solid : config.solids) {
-        std::array<double, 3> centre{}, size{};
-        for (std::size_t k = 0; k < D; ++k) {
-            centre[k] = (solid.centre[k] - config.origin[k]) / config.cell;
-            size[k] = solid.size[k] / config.cell;
-        }
-        double const radius = solid.radius / config.cell;
-        if (solid.shape == Solid::Shape::box)
-            patches.push_back(box<D>(centre, size));
-        else if (solid.shape == Solid::Shape::ball)
-            patches.push_back(ball<D>(centre, radius));
-        else if constexpr (D == 3)
-            patches.push_back(cylinder(centre, radius, solid.axis, config.cells()));
-        std::copy_n(centre.begin(), D, patches.back().centre.begin());
-    }
+    for (Solid const& solid : config.solids) patches.push_back(patch_of<D>(solid, config));
     return patches;
 }
 

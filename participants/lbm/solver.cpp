@@ -188,7 +188,7 @@ Solver<D>::Solver(Config const& config)
       walls_(walls_lu<D>(config_, relaxation_)),
       kernels_(kernels_of<D>(config_)),
       team_(config_.threads),
-      populations_(config_.cells(), team_),
+      populations_(config_.cells(), config_.precision, team_),
       coverage_(config_.cells(), walls_.periodic()),
       covered_cells_(static_cast<std::size_t>(populations_.rows()))
 {
@@ -295,8 +295,10 @@ void Solver<D>::collide_row(std::ptrdiff_t r)
 template <int D>
 void Solver<D>::enter_row(std::ptrdiff_t r)
 {
-    enter_from_outside(populations_, r, walls_);
-    note_turned(populations_, r, walls_);
+    populations_.visit([&](auto const& rows) {
+        enter_from_outside(rows, r, walls_);
+        note_turned(rows, r, walls_);
+    });
 }
 
 //! Cuts the row into runs of blocks with and without solids.
@@ -333,7 +335,7 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
         Strip<D> const& s = coverage_.strips()[k];
         add_strip(s, StripVelocity<D>(s, bodies_), lag_of<D>(s, bodies_, relaxation_.tau), buffer);
     }
-    Slots<D> const slots = populations_.row(r);
+    AnySlots<D> const slots = populations_.row(r);
     Relaxation const relaxation = of_row(r);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
         if (!touched) return kernels_.fluid(slots, begin, end, relaxation, {});
@@ -343,7 +345,10 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
     for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], bodies_, buffer);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
         if (!touched) return;
-        if (phase_) phase_->add_to_row(r, begin, end, slots, relaxation, buffer.input());
+        if (phase_)
+            populations_.visit([&]<class Stored>(Rows<D, Stored> const&) {
+                phase_->add_to_row(r, begin, end, typed<D, Stored>(slots), relaxation, buffer.input());
+            });
         kernels_.covered(slots, begin, end, relaxation, buffer.view());
         if (phase_) phase_->take_from_row(r, begin, end, buffer.view());
     });

@@ -88,7 +88,8 @@ class Solver
 
     //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest; of the bodies
     //! `bodies/id`, `bodies/place` (Body, lattice units), `bodies/displaced`; of the bodies of the last step `last/id`,
-    //! `last/velocity` [m/s, 1/s], `last/exchange` [N, N m]; `populations/0` and so on, shape [z][y][x].
+    //! `last/velocity` [m/s, 1/s], `last/exchange` [N, N m]; `populations/0` and so on, shape [z][y][x], as doubles
+    //! or, in single precision, floats as bytes.
     void keep(sluice::State& kept);
     //! Of a solver with the same configuration. Throws Error (exit 7) for a state of another lattice.
     void restore(sluice::State const& kept);
@@ -116,6 +117,7 @@ class Solver
     std::array<double, D> centre_of(std::ptrdiff_t x, std::ptrdiff_t r) const;
     std::array<double, 3> force_on(Relaxation const& row, std::ptrdiff_t x, double rho,
                                    std::array<double, D> const& velocity) const;
+    void read_moments(std::ptrdiff_t r, RowState<D>& row) const;
     void read_row(std::ptrdiff_t r, RowState<D>& row) const;
     void watch();
     void report_blow_up();

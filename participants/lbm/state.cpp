@@ -206,8 +206,8 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
 {
     using L = Lattice<D>;
     LatticeUnits const unit = config_.units();
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
-        Slots<D> const f = populations_.row(r);
+    auto const set_row = [&](std::ptrdiff_t r, auto const& f) {
+        using Stored = std::remove_reference_t<decltype(*f[0])>;
         Relaxation const relaxation = of_row(r);
         for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) {
             PointState<D> const s = state(centre_of(x, r));
@@ -221,12 +221,18 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
                     for (std::size_t b = 0; b < D; ++b)
                         stress +=
                             (L::c[q][a] * L::c[q][b] - (a == b ? 1.0 / 3 : 0.0)) * s.gradient[a][b] * config_.step;
-                f[q][x] = equilibrium<D>(q, excess, u) -
-                          L::weight[q] * (3 * rho * relaxation_.tau * stress + 1.5 * dot(L::c[q], force));
+                f[q][x] = static_cast<Stored>(equilibrium<D>(q, excess, u) -
+                                              L::weight[q] *
+                                                  (3 * rho * relaxation_.tau * stress + 1.5 * dot(L::c[q], force)));
             }
         }
-        note_turned(populations_, r, walls_);
-    }
+    };
+    populations_.visit([&](auto const& rows) {
+        for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) {
+            set_row(r, rows.row(r));
+            note_turned(rows, r, walls_);
+        }
+    });
     complete_ = true;
 }
 
@@ -247,10 +253,12 @@ template <int D>
 double Solver<D>::mass()
 {
     complete();
+    RowState<D> row;
     double sum = 0;
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r)
-        for (std::size_t q = 0; q < Lattice<D>::directions; ++q)
-            for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) sum += populations_.row(q, r)[x];
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+        read_moments(r, row);
+        sum = std::accumulate(row.excess.begin(), row.excess.end(), sum);
+    }
     return (sum + static_cast<double>(populations_.cells())) * config_.units().mass_unit();
 }
 
@@ -258,11 +266,13 @@ template <int D>
 std::array<double, D> Solver<D>::momentum()
 {
     complete();
+    RowState<D> row;
     std::array<double, D> sum{};
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r)
-        for (std::size_t q = 1; q < Lattice<D>::directions; ++q)
-            for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x)
-                for (std::size_t k = 0; k < D; ++k) sum[k] += Lattice<D>::c[q][k] * populations_.row(q, r)[x];
+    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+        read_moments(r, row);
+        for (std::size_t k = 0; k < D; ++k)
+            sum[k] = std::accumulate(row.velocity[k].begin(), row.velocity[k].end(), sum[k]);
+    }
     for (double& component : sum) component *= config_.units().momentum_unit();
     return sum;
 }
@@ -275,8 +285,10 @@ void Solver<D>::watch()
     complete();
     std::atomic<bool> found = false;
     team_.share(populations_.rows(), 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t r = begin; r < end; ++r)
-            if (has_blown_up<D>(populations_.row(r), populations_.nx())) found.store(true, std::memory_order_relaxed);
+        populations_.visit([&](auto const& rows) {
+            for (std::ptrdiff_t r = begin; r < end; ++r)
+                if (has_blown_up<D>(rows.row(r), rows.nx())) found.store(true, std::memory_order_relaxed);
+        });
     });
     if (found) report_blow_up();
 }
@@ -285,28 +297,23 @@ template <int D>
 void Solver<D>::report_blow_up()
 {
     RowState<D> row;
+    double const unit = config_.units().velocity_unit();
     for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
         read_row(r, row);
-        Slots<D> cell = populations_.row(r);
-        for (std::size_t x = 0; x < row.excess.size(); ++x) {
-            bool const bad = has_blown_up<D>(cell, 1);
-            for (double*& slot : cell) ++slot;
-            require(!bad, [&] {
-                double const unit = config_.units().velocity_unit();
-                double square = 0;
-                for (auto const& component : row.velocity) square += component[x] * component[x];
-                std::string place = format("%zu, %td", x, populations_.y_of(r));
-                if constexpr (D == 3) place += format(", %td", populations_.z_of(r));
-                return Error(
-                    format("fluid: t = %g s (step %lld), cell (%s) at (%s) m: speed %g m/s, density %g of rho_0 (speed "
+        auto const bad =
+            populations_.visit([&](auto const& rows) { return first_blown_up<D>(rows.row(r), rows.nx()); });
+        if (!bad) continue;
+        auto const x = static_cast<std::size_t>(*bad);
+        double square = 0;
+        for (auto const& component : row.velocity) square += component[x] * component[x];
+        std::string place = format("%zu, %td", x, populations_.y_of(r));
+        if constexpr (D == 3) place += format(", %td", populations_.z_of(r));
+        throw Error(format("fluid: t = %g s (step %lld), cell (%s) at (%s) m: speed %g m/s, density %g of rho_0 (speed "
                            "must stay below %g m/s, density within 0.5 to 1.5). Take a shorter step (a smaller "
                            "lattice_velocity), a smaller cell, or les.",
-                           time(), static_cast<long long>(steps_), place.c_str(),
-                           listed(centre_of(static_cast<std::ptrdiff_t>(x), r)).c_str(), std::sqrt(square) * unit,
-                           1 + row.excess[x], speed_limit * unit),
+                           time(), static_cast<long long>(steps_), place.c_str(), listed(centre_of(*bad, r)).c_str(),
+                           std::sqrt(square) * unit, 1 + row.excess[x], speed_limit * unit),
                     Exit::numerical);
-            });
-        }
     }
 }
 

@@ -6,8 +6,8 @@ namespace lbm {
 namespace {
 
 //! A cell's place in Boundary::turned.
-template <int D>
-std::size_t place_beside(Populations<D> const& p, std::size_t axis, std::ptrdiff_t x, std::ptrdiff_t y,
+template <int D, class Stored>
+std::size_t place_beside(Rows<D, Stored> const& p, std::size_t axis, std::ptrdiff_t x, std::ptrdiff_t y,
                          std::ptrdiff_t z)
 {
     std::ptrdiff_t const cell = axis == 0 ? z * p.ny() + y : (axis == 1 ? z : y) * p.nx() + x;
@@ -76,13 +76,14 @@ struct Entry
         return product;
     }
 
-    void come(Populations<D>& populations, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t y,
+    template <class Stored>
+    void come(Rows<D, Stored> const& populations, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t y,
               std::ptrdiff_t z) const
     {
-        double* const in = populations.at(q, y, z);
+        Stored* const in = populations.at(q, y, z);
         int const across = axis();
         auto const [from, place] = source(across);
-        double const* const out = populations.at(from, y + place[1], z + place[2]) + place[0];
+        Stored const* const out = populations.at(from, y + place[1], z + place[2]) + place[0];
         if (across < 0) {
             for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x];
             return;
@@ -91,21 +92,22 @@ struct Entry
         Boundary const& side = side_across(k);
         double const added = push(side);
         if (side.kind == Border::wall) {
-            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + added;
+            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = static_cast<Stored>(out[x] + added);
         } else if (side.kind == Border::inflow) {
-            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x] + side.share * profile(side, {x, y, z}) * added;
+            for (std::ptrdiff_t x = begin; x < end; ++x)
+                in[x] = static_cast<Stored>(out[x] + side.share * profile(side, {x, y, z}) * added);
         } else {
             for (std::ptrdiff_t x = begin; x < end; ++x)
-                in[x] = side.turned[place_beside(populations, k, x, y, z) + q] - out[x];
+                in[x] = static_cast<Stored>(side.turned[place_beside(populations, k, x, y, z) + q] - out[x]);
         }
     }
 };
 
 //! For each direction 2 e+(rho of the opening) + (2 - s) (f+ - e+(rho)) of a cell, + the even part, e the shifted
 //! equilibrium.
-template <int D>
-void note_cell(Populations<D> const& p, std::ptrdiff_t row, std::ptrdiff_t x, Walls const& walls, double density_excess,
-               double* turned)
+template <int D, class Stored>
+void note_cell(Rows<D, Stored> const& p, std::ptrdiff_t row, std::ptrdiff_t x, Walls const& walls,
+               double density_excess, double* turned)
 {
     constexpr std::size_t directions = Lattice<D>::directions;
     std::array<double, directions> f;
@@ -130,13 +132,13 @@ void note_cell(Populations<D> const& p, std::ptrdiff_t row, std::ptrdiff_t x, Wa
 }
 
 //! The ends of a row that lies along no side; those of the next one are on their way from memory then.
-template <int D>
-void enter_at_ends(Populations<D>& p, std::ptrdiff_t y, std::ptrdiff_t z, std::vector<RowEnd> const& ends)
+template <int D, class Stored>
+void enter_at_ends(Rows<D, Stored> const& p, std::ptrdiff_t y, std::ptrdiff_t z, std::vector<RowEnd> const& ends)
 {
     for (RowEnd const& end : ends) {
-        double* const into = p.at(end.into, y, z) + end.x;
-        double const* const from = p.at(end.from, y + end.dy, z + end.dz) + end.from_x;
-        *into = *from + end.push;
+        Stored* const into = p.at(end.into, y, z) + end.x;
+        Stored const* const from = p.at(end.from, y + end.dy, z + end.dz) + end.from_x;
+        *into = static_cast<Stored>(*from + end.push);
         __builtin_prefetch(into + p.stride(), 1);
         __builtin_prefetch(from + p.stride());
     }
@@ -161,8 +163,8 @@ std::vector<RowEnd> row_ends(Walls const& walls, Extent const& cells)
     return ends;
 }
 
-template <int D>
-void enter_from_outside(Populations<D>& p, std::ptrdiff_t row, Walls const& walls)
+template <int D, class Stored>
+void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t row, Walls const& walls)
 {
     Extent const cells{p.nx(), p.ny(), p.nz()};
     std::ptrdiff_t const nx = cells[0], y = p.y_of(row), z = p.z_of(row);
@@ -181,8 +183,8 @@ void enter_from_outside(Populations<D>& p, std::ptrdiff_t row, Walls const& wall
     }
 }
 
-template <int D>
-void note_turned(Populations<D> const& p, std::ptrdiff_t row, Walls& walls)
+template <int D, class Stored>
+void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t row, Walls& walls)
 {
     std::array<std::ptrdiff_t, 3> const cells{p.nx(), p.ny(), p.nz()};
     std::ptrdiff_t const y = p.y_of(row), z = p.z_of(row);
@@ -199,9 +201,13 @@ void note_turned(Populations<D> const& p, std::ptrdiff_t row, Walls& walls)
 
 template std::vector<RowEnd> row_ends<2>(Walls const&, Extent const&);
 template std::vector<RowEnd> row_ends<3>(Walls const&, Extent const&);
-template void enter_from_outside<2>(Populations<2>&, std::ptrdiff_t, Walls const&);
-template void enter_from_outside<3>(Populations<3>&, std::ptrdiff_t, Walls const&);
-template void note_turned<2>(Populations<2> const&, std::ptrdiff_t, Walls&);
-template void note_turned<3>(Populations<3> const&, std::ptrdiff_t, Walls&);
+template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, Walls const&);
+template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, Walls const&);
+template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, Walls const&);
+template void enter_from_outside(Rows<3, float> const&, std::ptrdiff_t, Walls const&);
+template void note_turned(Rows<2, double> const&, std::ptrdiff_t, Walls&);
+template void note_turned(Rows<2, float> const&, std::ptrdiff_t, Walls&);
+template void note_turned(Rows<3, double> const&, std::ptrdiff_t, Walls&);
+template void note_turned(Rows<3, float> const&, std::ptrdiff_t, Walls&);
 
 }  // namespace lbm

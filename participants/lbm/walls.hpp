@@ -61,11 +61,11 @@ std::vector<RowEnd> row_ends(Walls const& walls, Extent const& cells);
 //! takes the one that left on the other side. Links through an edge belong to a wall at
 //! rest, else to the side across the last axis (top and bottom before the others). Touches slots of that row alone, and
 //! may be repeated until note_turned(). A wall without friction takes the one that left in the mirrored direction.
-template <int D>
-void enter_from_outside(Populations<D>& populations, std::ptrdiff_t row, Walls const& walls);
+template <int D, class Stored>
+void enter_from_outside(Rows<D, Stored> const& populations, std::ptrdiff_t row, Walls const& walls);
 
 //! Notes what will enter a row's cells beside openings with a given density, once they have all their populations.
-template <int D>
-void note_turned(Populations<D> const& populations, std::ptrdiff_t row, Walls& walls);
+template <int D, class Stored>
+void note_turned(Rows<D, Stored> const& populations, std::ptrdiff_t row, Walls& walls);
 
 }  // namespace lbm

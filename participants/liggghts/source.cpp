@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "coupler/base/error.hpp"
-#include "participants/dem/config_parts.hpp"
+#include "coupler/scene/beside_scene.hpp"
 #include "participants/liggghts/script.hpp"
 
 namespace liggghts {
@@ -43,7 +43,7 @@ Source read_source(sluice::Reader reader, int dimension, dem::Vec3 gravity)
         refuse(reader, refusals(source.config));
         return source;
     }
-    source.script = dem::beside_scene(reader, reader.text("script"));
+    source.script = sluice::beside_scene(reader, reader.text("script"));
     if (!std::filesystem::exists(source.script)) reader.refuse("script", "cannot be read: there is no such file.");
     source.config.dimension = dimension;
     source.config.gravity = gravity;

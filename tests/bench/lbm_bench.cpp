@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <string>
 
 #include "participants/lbm/solver.hpp"
 #include "tests/participants/lbm/plain_lattice.hpp"
@@ -29,24 +30,39 @@ struct Size
 nlohmann::json results = nlohmann::json::array();
 
 //! ratio = value / what it stands against.
-void note(char const* name, char const* metric, double value, char const* unit, char const* against, double ratio)
+void note(char const* name, std::string const& metric, double value, char const* unit, char const* against,
+          double ratio)
 {
-    std::printf("%-34s %-22s %10.4g %-8s %5.1f %% of %s\n", name, metric, value, unit, 100 * ratio, against);
+    std::printf("%-34s %-24s %10.4g %-8s %5.1f %% of %s\n", name, metric.c_str(), value, unit, 100 * ratio, against);
     std::fflush(stdout);
     results.push_back(
         {{"case", name}, {"metric", metric}, {"value", value}, {"unit", unit}, {"against", against}, {"ratio", ratio}});
 }
 
+//! Every population read and written once.
 template <int D>
-constexpr double bytes_per_update = 2.0 * lbm::Lattice<D>::directions *
-                                    sizeof(double);  //!< every population read and written once
+constexpr double bytes_per_update(lbm::Precision precision)
+{
+    return 2.0 * lbm::Lattice<D>::directions * static_cast<double>(lbm::bytes_of(precision));
+}
+
+constexpr lbm::Precision precisions[] = {lbm::Precision::float64, lbm::Precision::float32};
+char const* name_of(lbm::Precision precision)
+{
+    return precision == lbm::Precision::float64 ? "double" : "single";
+}
+std::string metric(int threads, lbm::Precision precision)
+{
+    return std::string("speed, ") + (threads == 1 ? "1 thread, " : "2 threads, ") + name_of(precision);
+}
 
 //! Best rate of a[i] = s a[i] over nine arrays far larger than the caches [B/s]: what an in-place step can reach.
 template <int D>
 double in_place_bandwidth(int threads, lbm::Extent const& cells)
 {
     sluice::Team team(threads);
-    lbm::Populations<D> memory(cells, team);  // the solver's own arrays: huge pages
+    lbm::Populations<D> populations(cells, lbm::Precision::float64, team);  // the solver's own arrays: huge pages
+    lbm::Rows<D, double> const memory(populations);
     std::ptrdiff_t const piece = cells[2] * cells[1] * memory.stride();
     double const bytes = static_cast<double>(lbm::Lattice<D>::directions) * static_cast<double>(piece) * sizeof(double);
     double best = 0;
@@ -63,9 +79,11 @@ double in_place_bandwidth(int threads, lbm::Extent const& cells)
     return best;
 }
 
-lbm::Config config(Size const& size, int threads, double smagorinsky)
+lbm::Config config(Size const& size, int threads, double smagorinsky,
+                   lbm::Precision precision = lbm::Precision::float64)
 {
     lbm::Config c;
+    c.precision = precision;
     c.cell = c.step = c.density = 1;
     c.size = {static_cast<double>(size.nx), static_cast<double>(size.ny)};
     c.viscosity = 0.01;
@@ -143,9 +161,11 @@ double rate(lbm::Config const& c, Size const& size, char const* name = nullptr, 
 }
 
 //! The same in space: a cube of cells, with `spheres` each way or none.
-double rate_in_space(std::ptrdiff_t side, int threads, lbm::Operator collision, double smagorinsky, int spheres)
+double rate_in_space(std::ptrdiff_t side, int threads, lbm::Precision precision, lbm::Operator collision,
+                     double smagorinsky, int spheres)
 {
     lbm::Config c;
+    c.precision = precision;
     c.dimension = 3;
     c.cell = c.step = c.density = 1;
     c.size.fill(static_cast<double>(side));
@@ -189,37 +209,44 @@ int main(int argc, char** argv)
         if (std::strcmp(argv[i], "--small") == 0) size = {350, 170, 40, 10}, immersed.steps = 2, side = 24;
         if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) json = argv[++i];
     }
-    double roof[3] = {};
+    double roof[3] = {};  // [B/s]
     for (int threads : {1, 2}) {
-        roof[threads] = in_place_bandwidth<2>(threads, {size.nx, size.ny, 1}) / bytes_per_update<2>;
-        note("memory, in-place update", threads == 1 ? "rate, 1 thread" : "rate, 2 threads",
-             roof[threads] * bytes_per_update<2> / 1e9, "GB/s", "itself", 1);
+        roof[threads] = in_place_bandwidth<2>(threads, {size.nx, size.ny, 1});
+        note("memory, in-place update", threads == 1 ? "rate, 1 thread" : "rate, 2 threads", roof[threads] / 1e9,
+             "GB/s", "itself", 1);
     }
+    for (int threads : {1, 2})
+        for (auto const precision : precisions) {
+            auto const show = [&](char const* name, double updates) {
+                note(name, metric(threads, precision), updates / 1e6, "MLUPS", "roofline",
+                     updates * bytes_per_update<2>(precision) / roof[threads]);
+            };
+            auto const of = [&](Size const& s, double les) { return config(s, threads, les, precision); };
+            show("MRT", rate(of(size, 0), size));
+            show("MRT + LES", rate(of(size, 0.1), size));
+            char const* const tall = "MRT + LES + discs, whole step";
+            show(tall, rate(of(size, 0.1), size, tall, Column(size)));
+            char const* const packed = "immersed column, 1000 discs";
+            show(packed, rate(of(immersed, 0.1), immersed, packed, Column(immersed.discs, 35, 14.6, 0.1)));
+        }
     for (int threads : {1, 2}) {
-        char const* const metric = threads == 1 ? "speed, 1 thread" : "speed, 2 threads";
-        auto const show = [&](char const* name, double updates) {
-            note(name, metric, updates / 1e6, "MLUPS", "roofline", updates / roof[threads]);
-        };
-        show("MRT", rate(config(size, threads, 0), size));
-        show("MRT + LES", rate(config(size, threads, 0.1), size));
-        char const* const tall = "MRT + LES + discs, whole step";
-        show(tall, rate(config(size, threads, 0.1), size, tall, Column(size)));
-        char const* const packed = "immersed column, 1000 discs";
-        show(packed, rate(config(immersed, threads, 0.1), immersed, packed, Column(immersed.discs, 35, 14.6, 0.1)));
+        double const limit = in_place_bandwidth<3>(threads, {side, side, side});
+        note("D3Q19 memory, in-place update", threads == 1 ? "rate, 1 thread" : "rate, 2 threads", limit / 1e9, "GB/s",
+             "itself", 1);
+        for (auto const precision : precisions) {
+            auto const show = [&](char const* name, lbm::Operator collision, double les, int spheres) {
+                double const updates = rate_in_space(side, threads, precision, collision, les, spheres);
+                note(name, metric(threads, precision), updates / 1e6, "MLUPS", "roofline",
+                     updates * bytes_per_update<3>(precision) / limit);
+            };
+            show("D3Q19 TRT", lbm::Operator::trt, 0, 0);
+            show("D3Q19 MRT", lbm::Operator::mrt, 0, 0);
+            show("D3Q19 MRT + LES", lbm::Operator::mrt, 0.1, 0);
+            show("D3Q19 TRT + spheres, whole step", lbm::Operator::trt, 0, 8);
+        }
     }
-    for (int threads : {1, 2}) {
-        char const* const metric = threads == 1 ? "speed, 1 thread" : "speed, 2 threads";
-        double const limit = in_place_bandwidth<3>(threads, {side, side, side}) / bytes_per_update<3>;
-        auto const show = [&](char const* name, double updates) {
-            note(name, metric, updates / 1e6, "MLUPS", "roofline", updates / limit);
-        };
-        show("D3Q19 memory, in-place update", limit);
-        show("D3Q19 TRT", rate_in_space(side, threads, lbm::Operator::trt, 0, 0));
-        show("D3Q19 MRT", rate_in_space(side, threads, lbm::Operator::mrt, 0, 0));
-        show("D3Q19 MRT + LES", rate_in_space(side, threads, lbm::Operator::mrt, 0.1, 0));
-        show("D3Q19 TRT + spheres, whole step", rate_in_space(side, threads, lbm::Operator::trt, 0, 8));
-    }
-    note("plain two-grid lattice, MRT + LES", "speed, 1 thread", plain_rate(config(size, 1, 0.1), size) / 1e6, "MLUPS",
-         "roofline", plain_rate(config(size, 1, 0.1), size) / roof[1]);
+    double const plain = plain_rate(config(size, 1, 0.1), size);
+    note("plain two-grid lattice, MRT + LES", metric(1, precisions[0]), plain / 1e6, "MLUPS", "roofline",
+         plain * bytes_per_update<2>(precisions[0]) / roof[1]);
     if (json) std::ofstream(json) << results.dump(1) << '\n';
 }

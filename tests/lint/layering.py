@@ -1,6 +1,6 @@
 """The diagram of who may include whom, as a test: greps every #include and fails on any other arrow.
 
-    participants -> participants/{frame, motion}; participants -> coupler/coupler.hpp -> {scene, schedule, wire, transport, mapping, record} -> base
+    participants -> participants/{files, frame, motion}; participants -> coupler/coupler.hpp -> {scene, schedule, wire, transport, mapping, record} -> base
 """
 import pathlib
 import re
@@ -8,7 +8,7 @@ import sys
 
 SIBLINGS = {"scene", "schedule", "wire", "transport", "mapping", "record"}
 SOLVERS = {"dem", "lbm", "mpm"}
-SHARED = {"frame", "motion"}  # by the solvers
+SHARED = {"files", "frame", "motion"}  # by the solvers
 ADAPTERS = {"liggghts": "dem"}  # to somebody else's solver: reads what ours of that kind reads
 
 

@@ -1,4 +1,4 @@
-#include "participants/dem/stl_file.hpp"
+#include "participants/files/stl_file.hpp"
 
 #include <doctest/doctest.h>
 
@@ -74,7 +74,10 @@ struct Desk
     Triangles read(std::string const& content) const
     {
         write(content);
-        return dem::read_stl(file);
+        Triangles all;
+        for (auto const& [a, b, c] : files::read_stl(file))
+            all.push_back({Vec3{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, {c[0], c[1], c[2]}});
+        return all;
     }
     void refuses(std::string const& content, std::string const& message) const
     {
@@ -147,9 +150,9 @@ TEST_CASE("stl: a broken binary file is refused with its facet")
     std::string most = binary(both);
     for (std::size_t k = 80; k < 84; ++k) most[k] = '\xff';
     desk.refuses(most, ": has 184 bytes (a binary STL of 4294967295 facets, as it says, needs 214748364834");
-    CHECK_THROWS_WITH_AS(dem::read_stl(desk.folder.path() / "none.stl"), doctest::Contains("none.stl cannot be read"),
+    CHECK_THROWS_WITH_AS(files::read_stl(desk.folder.path() / "none.stl"), doctest::Contains("none.stl cannot be read"),
                          sluice::Error);
-    CHECK_THROWS_WITH_AS(dem::read_stl(desk.folder.path()), doctest::Contains("cannot be read"), sluice::Error);
+    CHECK_THROWS_WITH_AS(files::read_stl(desk.folder.path()), doctest::Contains("cannot be read"), sluice::Error);
 }
 
 TEST_CASE("stl: a file cut off anywhere is refused, and one with a changed byte is read or refused")

@@ -54,8 +54,9 @@ TEST_CASE("config: defaults, and the step from the lattice velocity")
     CHECK(c.smagorinsky == 0);
     CHECK(c.hydrodynamic_radius == 0.85);
     CHECK(c.acceleration == std::array<double, 3>{0, 0, 0});
+    CHECK(c.precision == lbm::Precision::float64);
     CHECK(c.threads >= 1);
-    CHECK(lbm::describe(c).size() == 9);
+    CHECK(lbm::describe(c).size() == 10);
 }
 
 TEST_CASE("config: every key")
@@ -69,6 +70,7 @@ gravity: true
 acceleration: [1, 0]
 oscillation: {amplitude: [0.5, 0.25], frequency: 2}
 hydrodynamic_radius: 0.7
+precision: single
 threads: 3
 )");
     CHECK(c.energy_rate == 1.1);
@@ -82,6 +84,7 @@ threads: 3
     CHECK(c.oscillation->amplitude == std::array<double, 3>{0.5, 0.25, 0});
     CHECK(c.oscillation->frequency == 2);
     CHECK(c.hydrodynamic_radius == 0.7);
+    CHECK(c.precision == lbm::Precision::float32);
     CHECK(c.threads == 3);
 }
 

@@ -182,4 +182,39 @@ TEST_CASE("solver: a state of another lattice is refused and changes nothing")
     CHECK(contains(message([&] { solver.restore(sluice::State()); }), "is not in it"));
     solver.keep(after);
     CHECK(before == after);
+
+    lbm::Config config = small();
+    config.precision = lbm::Precision::float32;
+    lbm::Solver<2> single(config);
+    CHECK(contains(message([&] { single.restore(before); }), "\"populations/0\""));
+    config.size[0] *= 2;
+    lbm::Solver<2> wider(config);
+    sluice::State floats;
+    single.keep(floats);
+    CHECK(contains(message([&] { wider.restore(floats); }), "7 state: \"populations/0\" has 4800 bytes (needs 9600)"));
+}
+
+TEST_CASE("solver: a checkpoint in single precision takes half the room, and the run goes on bit for bit")
+{
+    lbm::Config config = small();
+    config.precision = lbm::Precision::float32;
+    lbm::Solver<2> whole(config), resumed(config);
+    std::vector<double> const position = {0.0203, 0.0151}, velocity = {0.01, 0.02}, spin = {1}, radius = {6e-3};
+    for (int k = 0; k < 40; ++k) {
+        for (auto* solver : {&whole, &resumed}) {
+            if (solver == &resumed && k < 20) continue;
+            solver->set_bodies({position, velocity, spin, radius});
+            solver->step();
+        }
+        if (k != 19) continue;
+        sluice::State kept;
+        whole.keep(kept);
+        CHECK(kept.bytes("populations/3").size() == 40 * 30 * sizeof(float));
+        resumed.restore(kept);
+    }
+    sluice::State a, b;
+    whole.keep(a);
+    resumed.keep(b);
+    CHECK(a == b);
+    CHECK(2 * whole.bytes() <= lbm::Solver<2>(small()).bytes() + (2UL << 20));  // whole pages of 2 MiB
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "tests/verification/lbm/lattice_case.hpp"
 
@@ -14,9 +15,11 @@ namespace {
 //! fluid's share of each cell; U is the mean over the whole square. In the steady state the disc takes b side^2 (1 -
 //! c), but the pressure gradient that the reference means is b side^2 (Sangani and Acrivos).
 double drag(std::ptrdiff_t side, double diameter, double factor, std::array<double, 2> offset = {0, 0},
-            double tau = 0.6, lbm::Operator collision = lbm::Operator::mrt)
+            double tau = 0.6, lbm::Operator collision = lbm::Operator::mrt,
+            lbm::Precision precision = lbm::Precision::float64)
 {
     lbm::Config c = config(side, side, tau);
+    c.precision = precision;
     c.collision = collision;
     make_periodic(c, true, true);
     auto const length = static_cast<double>(side);
@@ -53,6 +56,24 @@ TEST_CASE("L06: Stokes drag on a square array of discs, d = 20 cells (c <= 0.4) 
         double const got = drag(row.side, diameter, 1);
         CHECK(verification::report({"L06", text("F/(mu U) at c=%.2f, d=%.1f dx [-]", row.c, diameter), got, row.drag,
                                     relative(got, row.drag), 0.01, watch.seconds()}));
+    }
+}
+
+TEST_CASE("L06: the same in single precision")
+{
+    // marks: that of the case, and a tenth of it for what floats add
+    for (auto const& [side, c, reference] :
+         {std::tuple{79L, 0.05, 15.55782232}, {40L, 0.2, 51.52694896}, {28L, 0.4, 217.8943147}}) {
+        verification::Stopwatch const watch;
+        double const diameter = std::sqrt(4 * c / std::numbers::pi) * static_cast<double>(side);
+        auto const with = [&](lbm::Precision precision) {
+            return drag(side, diameter, 1, {0, 0}, 0.6, lbm::Operator::mrt, precision);
+        };
+        double const got = with(lbm::Precision::float32), exact = with(lbm::Precision::float64);
+        CHECK(verification::report({"L06", text("single precision, F/(mu U) at c=%.2f, d=%.1f dx [-]", c, diameter),
+                                    got, reference, relative(got, reference), 0.01, watch.seconds()}));
+        CHECK(verification::report({"L06", text("the same, single over double, c=%.2f, d=%.1f dx", c, diameter), got,
+                                    exact, relative(got, exact), 0.001, watch.seconds()}));
     }
 }
 

@@ -12,10 +12,12 @@ using namespace lattice_case;
 namespace {
 
 //! F/(mu U) of a disc dragged along the axis of a closed channel of width H and length 6 H [-].
-double confined_drag(std::ptrdiff_t height, double ratio, double tau)
+double confined_drag(std::ptrdiff_t height, double ratio, double tau,
+                     lbm::Precision precision = lbm::Precision::float64)
 {
     std::ptrdiff_t const length = 6 * height;
     lbm::Config c = config(length, height, tau);
+    c.precision = precision;
     double const h = static_cast<double>(height), d = ratio * h;
     double const speed = 0.02 * c.viscosity / d;  // Re = 0.02
     lbm::Solver<2> solver(c);
@@ -184,6 +186,14 @@ TEST_CASE("C03: disc dragged along the axis of a closed channel")
             {"C03", text("F/(mu U) at k=%.1f, d=%.1f dx [-]", row.ratio, row.ratio * static_cast<double>(row.height)),
              got, row.reference, relative(got, row.reference), row.mark, watch.seconds()}));
     }
+}
+
+TEST_CASE("C03: the same in single precision")
+{
+    verification::Stopwatch const watch;
+    double const got = confined_drag(54, 0.3, 1.0, lbm::Precision::float32), reference = 29.15854;
+    CHECK(verification::report({"C03", text("single precision, F/(mu U) at k=%.1f, d=%.1f dx [-]", 0.3, 16.2), got,
+                                reference, relative(got, reference), 0.03, watch.seconds()}));
 }
 
 TEST_CASE("C04: disc turning in a circular cavity")

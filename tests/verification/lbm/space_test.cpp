@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "tests/participants/lbm/surfaces.hpp"
 #include "tests/verification/lbm/lattice_case.hpp"
 
 //! D3Q19: duct, array of spheres, large-eddy channel. Lattice units.
@@ -79,17 +80,26 @@ DuctError duct(std::ptrdiff_t width, int aspect_ratio, double tau)
 
 //! K = F/(6 pi mu a U) of one sphere in a periodic cube of `side` cells, driven by a force density on all of it; U is
 //! the mean over the whole cube.
-double array_drag(std::ptrdiff_t side, double diameter, double tau)
+enum class Made
+{
+    analytic,
+    of_triangles  //!< a solid at rest; 60 bands of 120
+};
+double array_drag(std::ptrdiff_t side, double diameter, double tau, Made made = Made::analytic)
 {
     lbm::Config c = config_in_space({side, side, side}, tau, {true, true, true});
     auto const length = static_cast<double>(side);
     double const push = 1e-3 * c.viscosity * c.viscosity / (length * length * length) * diameter;  // Re far below 0.01
     c.acceleration = {push, 0, 0};
     c.hydrodynamic_radius = 1;
-    lbm::Solver<3> solver(c);
     double const middle = 0.5 * length + 0.13;  // of no symmetry
     std::vector<double> const place{middle, middle + 0.2, middle - 0.3}, rest(3, 0.0), radius{0.5 * diameter};
-    solver.set_bodies({place, rest, rest, radius});
+    if (made == Made::of_triangles)
+        c.solids = {{.name = "sphere",
+                     .shape = lbm::Solid::Shape::mesh,
+                     .surface = surfaces::sphere({place[0], place[1], place[2]}, radius[0], 60)}};
+    lbm::Solver<3> solver(c);
+    if (made == Made::analytic) solver.set_bodies({place, rest, rest, radius});
     // the flow comes up with the time constant U L^3/(F/rho) = L^3/(6 pi nu a K)
     int const interval = std::max(20, static_cast<int>(length * length * length / (9.4 * c.viscosity * diameter * 4)));
     double const u = run_to_steady(solver, interval, 3e-4, 100000, [&] { return mean_velocity(solver, 0); });
@@ -135,6 +145,18 @@ TEST_CASE("L07: Stokes drag on a simple cubic array of spheres, d = 20 cells")
     check_array_drag(32, 0.125, 4.2915892);
     check_array_drag(27, 0.216, 7.4419536);
     check_array_drag(23, 0.343, 15.3994874);
+}
+
+TEST_CASE("L07: the same with a sphere of triangles, c = 0.216, d = 12 and 20 cells")
+{
+    for (std::ptrdiff_t const side : {16, 27}) {
+        verification::Stopwatch const watch;
+        double const diameter = std::cbrt(6 * 0.216 / pi) * static_cast<double>(side), reference = 7.4419536;
+        double const got = array_drag(side, diameter, 0.8, Made::of_triangles);
+        // mark: that of the analytic sphere
+        CHECK(verification::report({"L07", text("K of triangles at c=%.3f, d=%.1f dx [-]", 0.216, diameter), got,
+                                    reference, relative(got, reference), 0.02, watch.seconds()}));
+    }
 }
 
 TEST_CASE("L07: drag does not depend on the viscosity, c = 0.216, d = 12 cells")

@@ -1,4 +1,4 @@
-#include "participants/dem/stl_file.hpp"
+#include "participants/files/stl_file.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -13,24 +13,27 @@
 #include <string_view>
 
 #include "coupler/base/error.hpp"
-#include "participants/dem/facet.hpp"
-#include "participants/dem/grain_lines.hpp"
+#include "participants/files/lines.hpp"
 
-namespace dem {
+namespace files {
 namespace {
-
-using Triangle = std::array<Vec3, 3>;
 
 //! Whether three corners lie on a line: the height over the longest side is below 1e-10 of that side, so that rounding
 //! would turn the normal by more than 1e-6.
 bool has_no_area(Triangle const& t)
 {
+    auto const edge = [&](std::size_t k) {
+        Point const &from = t[k], &to = t[(k + 1) % 3];
+        return Point{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+    };
     double longest = 0.0;  // square of it
     for (std::size_t k = 0; k < 3; ++k) {
-        Vec3 const edge = t[(k + 1) % 3] - t[k];
-        longest = std::max(longest, dot(edge, edge));
+        Point const e = edge(k);
+        longest = std::max(longest, e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
     }
-    return !(norm(across_facet(t)) > 1e-10 * longest);
+    Point const a = edge(0), b = edge(1);
+    double const across = std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+    return !(across > 1e-10 * longest);
 }
 
 constexpr char const* no_area = "has corners on one line (must have an area). Remove it.";
@@ -86,7 +89,7 @@ class StlText
         std::int64_t const begin = lines_.number();
         Triangle t;
         need("outer");
-        for (Vec3& corner : t) {
+        for (Point& corner : t) {
             need("vertex");
             corner = vertex();
         }
@@ -95,14 +98,14 @@ class StlText
         if (has_no_area(t)) lines_.fail_at(begin, std::string("the facet ") + no_area);
         return t;
     }
-    Vec3 vertex()
+    Point vertex()
     {
         std::string const seen(trimmed(rest_));
-        Vec3 corner;
-        for (int k = 0; k < 3; ++k) {
+        Point corner;
+        for (double& coordinate : corner) {
             auto const number = number_in(take_word(rest_, ' '));
             if (!number || !std::isfinite(*number)) lines_.fail("vertex " + seen + " (needed: three finite numbers).");
-            component<3>(corner, k) = *number;
+            coordinate = *number;
         }
         if (!trimmed(rest_).empty()) lines_.fail("vertex " + seen + " (needed: three numbers and no more).");
         return corner;
@@ -150,11 +153,12 @@ std::vector<Triangle> read_binary(std::string const& name, std::span<char const>
     for (std::size_t f = 0; f < count; ++f) {
         auto const refuse = [&](std::string const& text) { fail("facet " + std::to_string(f + 1) + ": " + text); };
         std::size_t at = before + f * facet_size + of_corners;
-        for (Vec3& corner : found[f])
-            for (int k = 0; k < 3; ++k, at += 4) {
+        for (Point& corner : found[f])
+            for (double& coordinate : corner) {
                 double const number = number_at(bytes, at);
                 if (!std::isfinite(number)) refuse("has a corner that is no number (needed: three finite numbers).");
-                component<3>(corner, k) = number;
+                coordinate = number;
+                at += 4;
             }
         if (has_no_area(found[f])) refuse(no_area);
     }
@@ -182,4 +186,4 @@ std::vector<Triangle> read_stl(std::filesystem::path const& file)
     return found;
 }
 
-}  // namespace dem
+}  // namespace files

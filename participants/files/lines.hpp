@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace dem {
+namespace files {
 
 //! A text file line by line; knows where it is.
 class Lines
@@ -48,4 +48,4 @@ std::string_view trimmed(std::string_view text);
 //! A number, if the word is one; not a number and infinity are.
 std::optional<double> number_in(std::string_view word);
 
-}  // namespace dem
+}  // namespace files

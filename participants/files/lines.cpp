@@ -1,11 +1,11 @@
-#include "participants/dem/grain_lines.hpp"
+#include "participants/files/lines.hpp"
 
 #include <charconv>
 #include <utility>
 
 #include "coupler/base/error.hpp"
 
-namespace dem {
+namespace files {
 
 Lines::Lines(std::filesystem::path file) : file_(std::move(file)), in_(file_, std::ios::binary)
 {
@@ -67,4 +67,4 @@ std::optional<double> number_in(std::string_view word)
     return value;
 }
 
-}  // namespace dem
+}  // namespace files

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "participants/lbm/collide_space.hpp"
+#include "participants/lbm/kernels.hpp"
+
+namespace lbm {
+
+template <class Stored, bool Les, bool Split, bool Force, bool Frame>
+constexpr Kernels<3> kernels = {
+    collide<Features{.les = Les, .force = Force, .split = Split, .frame = Frame}, Lanes<Stored>, Stored>,
+    collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame}, Lanes<double>,
+            Stored>};
+
+template <class Stored, bool Les, bool Split>
+Kernels<3> chosen(Features const& f)
+{
+    if (f.frame) return kernels<Stored, Les, Split, true, true>;
+    return f.force ? kernels<Stored, Les, Split, true, false> : kernels<Stored, Les, Split, false, false>;
+}
+
+//! Defined for each type in a file of its own: compiling them takes a while.
+template <class Stored>
+Kernels<3> space_kernels(Features const& f)
+{
+    if (f.les) return chosen<Stored, true, false>(f);
+    return f.split ? chosen<Stored, false, true>(f) : chosen<Stored, false, false>(f);
+}
+
+}  // namespace lbm
