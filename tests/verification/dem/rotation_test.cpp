@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/turning.hpp"
 #include "tests/support/verification.hpp"
 #include "tests/verification/dem/scenes.hpp"
 
@@ -15,20 +16,7 @@
 namespace {
 
 using namespace scenes;
-
-struct Parts
-{
-    bool centrifugal = true, coriolis = true;
-};
-
-template <int D>
-sluice::Rotation rotation(double rate, double axis_height, Parts parts = {})
-{
-    if constexpr (D == 2)
-        return {{0, axis_height, 0}, {0, 0, 1}, -rate, 0, parts.centrifugal, parts.coriolis, true};
-    else
-        return {{0, 0, axis_height}, {0, 1, 0}, rate, 0, parts.centrifugal, parts.coriolis, true};
-}
+using verification::Parts, verification::rotation;
 
 //! (across, up) as a vector of the plane of motion.
 template <int D>

@@ -120,7 +120,8 @@ TEST_CASE("M04: mu(I) in steady shear")
     change(0, 1) = 1e-6;
     for (int k = 0; k < 90; ++k) law.respond(m, mpm::Increment(change, 1e-3));
     CHECK(m.plastic_strain == 0);
-    CHECK(m.stress(0, 1) == doctest::Approx(90e-6 * law.elasticity.shear()).epsilon(1e-3));
+    double const elastic = 90e-6 * law.elasticity.shear();
+    CHECK(std::abs(m.stress(0, 1) - elastic) < 1e-3 * elastic);
     for (int k = 0; k < 100; ++k) law.respond(m, mpm::Increment(1.001 * Mat3::Identity(), 1e-3));
     CHECK(m.stress.norm() == 0);
     CHECK(m.gap > 0.09);

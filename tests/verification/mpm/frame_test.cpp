@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "tests/support/turning.hpp"
 #include "tests/verification/mpm/bars.hpp"
 
 //! R01, R05, R06 and a column's stress in a frame that turns. Space: w e_y, motion in (x, z); in the plane the axis
@@ -14,20 +15,6 @@
 using namespace verification;
 
 namespace {
-
-struct Parts
-{
-    bool centrifugal = true, coriolis = true;
-};
-
-template <int D>
-sluice::Rotation rotation(double rate, double axis_height, Parts parts = {})
-{
-    if constexpr (D == 2)
-        return {{0, axis_height, 0}, {0, 0, 1}, -rate, 0, parts.centrifugal, parts.coriolis, true};
-    else
-        return {{0, 0, axis_height}, {0, 1, 0}, rate, 0, parts.centrifugal, parts.coriolis, true};
-}
 
 //! (across, up) as a vector of the plane of motion.
 template <int D>
