@@ -79,12 +79,12 @@ Finding libraries()
 Finding solvers()
 {
     Finding f{"solvers", State::ok, "", ""};
-    for (char const* name : {"dem", "lbm", "mpm"}) {
+    for (char const* name : {"dem", "lbm", "mpm", "liggghts"}) {
         auto const found = find_executable(name);
         if (!found.empty()) f.found += (f.found.empty() ? "" : ", ") + found.lexically_normal().string();
     }
     if (f.found.empty())
-        f = {"solvers", State::warn, "none of dem, lbm, mpm beside sluice or on PATH",
+        f = {"solvers", State::warn, "none of dem, lbm, mpm, liggghts beside sluice or on PATH",
              "Build them, or bring solvers of your own."};
     return f;
 }
