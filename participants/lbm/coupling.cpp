@@ -194,6 +194,21 @@ class PhaseEdge
     std::vector<std::int64_t> id_;
 };
 
+//! The drag is implicit: it belongs to the window that it is reckoned for.
+void require_drag_at_once(sluice::Participant const& self)
+{
+    auto const& scene = self.scene();
+    for (auto const& edge : scene.edges)
+        sluice::require(edge.from != scene.index_of(self.name()) || edge.lag == 0 ||
+                            scene.data[static_cast<std::size_t>(edge.data)].name != "body_force",
+                        [&] {
+                            return sluice::Error("lbm: " + edge.path +
+                                                 " = body_force with lag: " + std::to_string(edge.lag) +
+                                                 " (needed: lag: 0, the drag is that of the window). Try lag: 1 on the "
+                                                 "edge with data: phase instead.");
+                        });
+}
+
 Config read(sluice::Participant& self)
 {
     self.sends({"load", "body_force"});
@@ -205,6 +220,7 @@ Config read(sluice::Participant& self)
                                  ", but nobody sends a phase (it acts on the points of one). Add an edge {from: " + to +
                                  ", to: " + self.name() + ", data: phase, lag: 1}.");
         });
+    require_drag_at_once(self);
     auto reader = self.config();
     auto const* rotation = self.rotation();
     return read_config(reader, self.scene().dimension, self.scene().gravity,

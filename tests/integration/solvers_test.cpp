@@ -241,6 +241,12 @@ TEST_CASE("a fluid that does not resolve: scenes without one of the two edges, o
     refused({"phase: {"}, "a partner sends solids finer than a cell");
     refused({"fluid: {"}, "a partner computes the fluid in the pores");
     refused({"data: phase", "data: body_force", "phase: {"}, "no partner computes one");
+    auto const late = shell::run({sluice_command, "check", configs / "consolidation.yaml", "--set",
+                                  "couplings=[{from: soil, to: water, data: phase}, {from: water, to: soil, data: "
+                                  "body_force, lag: 1}]"},
+                                 scratch.path() / "output", 60);
+    CHECK(late.exit == 2);
+    CHECK_MESSAGE(late.output.find("couplings[1].data = body_force with lag: 1") != std::string::npos, late.output);
 }
 
 TEST_CASE("C08: third law across executables: in every window the grains take the impulse that the fluid gave")
