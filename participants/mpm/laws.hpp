@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 #include <variant>
 
 #include "participants/mpm/drucker_prager.hpp"
@@ -23,6 +24,12 @@ struct Matter
     double plastic_strain = 0;         //!< integral of sqrt(2/3 e:e) over plastic deviatoric increments e [-]
     double gap = 0;                    //!< logarithm of the volume opened by tension, that no stress holds [-]
 };
+
+//! The gap beyond which a point is loose: the points of its cell, two along each axis, are a cell apart then and touch
+//! no more. What one by itself knows of the gradient of velocities is its turn: a stretch would go on for ever in
+//! flight.
+template <int D>
+constexpr double loose = double{D} * std::numbers::ln2;
 
 //! Jaumann's rate of Cauchy's stress: s = turn s turn^T + C : strain. Uniaxial strain: s = (K + 4/3 G) ln(stretch), to
 //! third order in the step.

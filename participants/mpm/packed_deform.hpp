@@ -43,8 +43,15 @@ Deformed deform(PackedPoints& p, std::size_t begin, std::size_t end, double dt, 
             Pack const t = all(dt);
             Pack const lxx = load(at(P::lxx)), lxy = load(at(P::lxy)), lyx = load(at(P::lyx)), lyy = load(at(P::lyy));
             Pack const a = one + t * lxx, b = t * lxy, c = t * lyx, d = one + t * lyy, over = one / (a * d - b * c);
-            store(at(P::lxx), over * (lxx * d - lxy * c)), store(at(P::lxy), over * (lxy * a - lxx * b));
-            store(at(P::lyx), over * (lyx * d - lyy * c)), store(at(P::lyy), over * (lyy * a - lyx * b));
+            Pack nxx = over * (lxx * d - lxy * c), nxy = over * (lxy * a - lxx * b);
+            Pack nyx = over * (lyx * d - lyy * c), nyy = over * (lyy * a - lyx * b);
+            if constexpr (Law::gaps) {
+                PackMask const is_loose = load(at(P::gap)) > all(loose<2>);
+                Pack const turn = half * (nxy - nyx);
+                nxx = either(is_loose, Pack{}, nxx), nyy = either(is_loose, Pack{}, nyy);
+                nxy = either(is_loose, turn, nxy), nyx = either(is_loose, -turn, nyx);
+            }
+            store(at(P::lxx), nxx), store(at(P::lxy), nxy), store(at(P::lyx), nyx), store(at(P::lyy), nyy);
         }
         Pack const before = load(at(P::ratio)), ratio = before * det;
         upright &= (ratio > all(0)) & (ratio < all(HUGE_VAL));

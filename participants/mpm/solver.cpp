@@ -205,7 +205,10 @@ void Solver<D>::step_plain(double dt)
     transfer_->gradients(setup_, state_, places_, grid_, dt, increments_);
     if (setup_.shared_volume) share_volume();
     if (setup_.affine)  // v* = slope x(n) = slope (I + dt slope)^-1 x(n+1)
-        for (Point<D>& p : state_.points) p.slope = (p.slope * (Mat<D>::Identity() + dt * p.slope).inverse()).eval();
+        for (Point<D>& p : state_.points) {
+            p.slope = (p.slope * (Mat<D>::Identity() + dt * p.slope).inverse()).eval();
+            if (p.matter.gap > loose<D>) p.slope = (0.5 * (p.slope - p.slope.transpose())).eval();
+        }
     state_.time += dt;
     ++state_.steps;
     check_places();

@@ -129,7 +129,7 @@ TEST_CASE("mesh_solid: a surface with a hole or a facet the wrong way round is n
     CHECK(contains(lbm::open_edges(wrong), "round opposite ways"));
 }
 
-TEST_CASE("mesh_solid: a scene's file, scaled, beside the scene; one that is not closed is refused")
+TEST_CASE("mesh_solid: a scene's file, scaled, beside the scene, one that is not closed is refused")
 {
     sluice::ScratchDirectory folder{"lbm_mesh"};
     Surface surface = surfaces::box({20, 30, 40}, {60, 50, 70});

@@ -212,7 +212,7 @@ TEST_CASE("P05: a column so tight that nothing flows: its fluid carries the weig
 
 // P06: a block that flies through fluid at rest, in a box with periods: what one loses the other gets. And both moving
 // alike: nothing happens.
-TEST_CASE("P06: a block in a fluid: momentum of both; nothing where they move together")
+TEST_CASE("P06: a block in a fluid: momentum of both, nothing where they move together")
 {
     for (bool const together : {false, true}) {
         verification::Stopwatch watch;

@@ -107,7 +107,7 @@ TEST_CASE("P01: drop of pressure across a bed of 40 cells between an inflow and 
 // P02: a suspension in a closed box falls through the fluid that it drives up: there is no mean flux, and its velocity
 // is the one at which the law of drag carries its weight. With Di Felice's it goes with n^m, like Richardson and Zaki's
 // m = 4.65 in slow flow (Trans. Inst. Chem. Eng. 32 (1954) 35); the law itself has 1 + chi = 4.7.
-TEST_CASE("P02: hindered settling in a closed box: velocity by the law; exponent of Richardson and Zaki")
+TEST_CASE("P02: hindered settling in a closed box: velocity by the law, exponent of Richardson and Zaki")
 {
     double speed[2], porosity[2];
     int n = 0;
