@@ -43,6 +43,10 @@ class Run:
         self.grains_name, self.grains = self._open(GRAINS + CONTINUUM, "position")
         solvers = {p.get("name"): os.path.basename(str(p.get("solver"))) for p in self.participants}
         self.matter = "continuum" if solvers.get(self.grains_name) in CONTINUUM else "grains"
+        self.bed = None  # a continuum beside the grains
+        if self.grains and self.matter == "grains" and set(solvers.values()) & set(CONTINUUM):
+            _, self.bed = self._open(CONTINUUM, "position")
+            self.matter = "grains and continuum" if self.bed else "grains"
         self.fluid_name, self.fluid = self._open(FLUID, "spacing")
         self.title = self.summary.get("title") or os.path.basename(os.path.abspath(folder))
         self.gravity = float(numpy.linalg.norm(self.summary.get("gravity") or [9.81]))

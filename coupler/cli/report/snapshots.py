@@ -37,6 +37,11 @@ class Grains:
         return numpy.full(len(position), 0.4 * spread / max(1.0, numpy.sqrt(len(position))))
 
 
+def clouds(run, time):
+    """What has places at a time: a continuum beside grains, then the grains."""
+    return [Grains(archive.nearest(time)) for archive in (run.bed, run.grains) if archive]
+
+
 class Fluid:
     """One step of a lattice: speed [m/s] and vorticity [1/s], shape [y][x], and the extent of its cells [m]"""
 
@@ -83,8 +88,7 @@ def busiest_time(run):
 
 def view(run, times):
     """(x0, x1, y0, y1) [m] of the part worth showing, the same for all times."""
-    shown = [Grains(run.grains.nearest(t)) for t in times] if run.grains else []
-    shown = [g for g in shown if len(g.x)]
+    shown = [g for t in times for g in clouds(run, t) if len(g.x)]
     if not shown:
         return Fluid(run.fluid, run.fluid.steps[0]).extent if run.fluid else (0.0, 1.0, 0.0, 1.0)
     x0, x1 = min((g.x - g.radius).min() for g in shown), max((g.x + g.radius).max() for g in shown)
@@ -115,7 +119,7 @@ class Scales:
         self.grains = self.fluid = self.vorticity = None
         self.matter = run.matter
         if run.grains:
-            self.grains = Normalize(0, _top([Grains(run.grains.nearest(t)).speed for t in times], 99.0))
+            self.grains = Normalize(0, _top([g.speed for t in times for g in clouds(run, t)], 99.0))
         if run.fluid:
             steps = [Fluid(run.fluid, run.fluid.nearest(t)) for t in times]
             self.fluid = Normalize(0, _top([s.speed for s in steps], 99.7))
@@ -152,8 +156,7 @@ def panel(axes, run, time, box, scales, vorticity=False):
         field = fluid.vorticity if vorticity else fluid.speed
         axes.imshow(field, origin="lower", extent=fluid.extent, cmap=SPIN if vorticity else WATER,
                     norm=scales.vorticity if vorticity else scales.fluid, interpolation="bilinear", zorder=0)
-    if run.grains:
-        grains = Grains(run.grains.nearest(time))
+    for grains in clouds(run, time):
         width = 0.15 if len(grains.x) > 600 else 0.3
         paint = ({"facecolors": "#D8D4CC", "edgecolors": "#55504A"} if vorticity else
                  {"array": grains.speed, "cmap": SAND, "norm": scales.grains, "edgecolors": "#5B4A30"})

@@ -16,6 +16,7 @@ from unittest import mock
 
 sys.dont_write_bytecode = True
 try:
+    import h5py
     import synthetic_run
 except ImportError as error:
     print(f"skipped: {error} (packages python3-numpy, python3-h5py)")
@@ -202,6 +203,28 @@ class ReportTest(unittest.TestCase):
         page, text = self.report(folder)
         self.assertIn("vorticity", page.sections)
         self.assertIn("Speed of the fluid.", text)
+
+    def test_a_continuum_beside_grains_is_drawn_with_them(self):
+        folder = self.copy("bed", self.dry)
+        shutil.copy(os.path.join(folder, "grains.h5"), os.path.join(folder, "soil.h5"))
+        with h5py.File(os.path.join(folder, "soil.h5"), "r+") as file:
+            for step in file["steps"].values():
+                del step["radius"]
+                step["position"][:, 0] += 1.0  # beside the grains
+        path = os.path.join(folder, "summary.json")
+        with open(path) as file:
+            summary = json.load(file)
+        summary["participants"].append({**summary["participants"][0], "name": "soil", "solver": "mpm"})
+        with open(path, "w") as file:
+            json.dump(summary, file)
+        run = report.Run(folder)
+        times = run.shown.times[:1]
+        bed, grains = report.snapshots.clouds(run, times[0])
+        self.assertAlmostEqual(bed.x.min() - grains.x.min(), 1.0)
+        self.assertGreater(report.snapshots.view(run, times)[1], 1.0)
+        self.assertEqual(run.matter, "grains and continuum")
+        self.assertEqual(report.Run(self.dry).matter, "grains")
+        self.report(folder, draw=False)
 
     def test_other_solvers_and_names_are_found(self):
         import json
