@@ -61,27 +61,32 @@ Acting<D> const& of_or_none(Rows const& rows, int i, std::vector<Acting<D>> cons
 
 }  // namespace
 
+//! Calls `each(of force or torque, component, number)`; not a copy of three numbers by the library, which is a call.
+template <int D, class Each>
+void each_component(Acting<D> const& load, Each&& each)
+{
+    for (std::size_t k = 0; k < D; ++k) each(false, k, load[k]);
+    if constexpr (D == 2)
+        each(true, std::size_t{2}, load[2]);
+    else
+        for (std::size_t k = 0; k < 3; ++k) each(true, k, load[3 + k]);
+}
+
 template <int D>
 void LoadsInRows<D>::set(std::size_t row, Acting<D> const& load)
 {
-    double *f = &force_[3 * row], *t = &torque_[3 * row];
-    if constexpr (D == 2) {
-        f[0] = load[0], f[1] = load[1], f[2] = 0.0;
-        t[0] = t[1] = 0.0, t[2] = load[2];
-    } else {
-        std::copy_n(&load[0], 3, f);
-        std::copy_n(&load[3], 3, t);
-    }
+    each_component<D>(
+        load, [&](bool turns, std::size_t k, double number) { (turns ? torque_ : force_)[3 * row + k] = number; });
 }
 
 template <int D>
 void LoadsInRows<D>::change(Rows const& rows, std::size_t row, Acting<D> const& load)
 {
-    std::size_t const at = 3 * row;
-    double *f = rows.force[0] + at, *t = rows.torque[0] + at;
-    for (std::size_t k = 0; k < 3; ++k) f[k] -= force_[at + k], t[k] -= torque_[at + k];
-    set(row, load);
-    for (std::size_t k = 0; k < 3; ++k) f[k] += force_[at + k], t[k] += torque_[at + k];
+    each_component<D>(load, [&](bool turns, std::size_t k, double number) {
+        double& kept = (turns ? torque_ : force_)[3 * row + k];
+        (turns ? rows.torque : rows.force)[0][3 * row + k] += number - kept;
+        kept = number;
+    });
 }
 
 template <int D>
