@@ -16,17 +16,7 @@
 namespace {
 
 using namespace scenes;
-using verification::Parts, verification::rotation;
-
-//! (across, up) as a vector of the plane of motion.
-template <int D>
-dem::Vec<D> in_plane(double x, double up)
-{
-    if constexpr (D == 2)
-        return {x, up};
-    else
-        return {x, 0.0, up};
-}
+using namespace verification;
 
 template <int D>
 dem::Solver<D> free_particle(sluice::Rotation const& turning, dem::Vec<D> at, dem::Vec<D> velocity)
@@ -39,32 +29,13 @@ dem::Solver<D> free_particle(sluice::Rotation const& turning, dem::Vec<D> at, de
 }
 
 template <int D>
-void run(dem::Solver<D>& solver, double end, double dt)
-{
-    auto const steps = std::llround(end / dt);
-    for (long long k = 0; k < steps; ++k) solver.step(end / static_cast<double>(steps));
-}
-
-struct Path  //!< in a frame that turns about the origin
-{
-    double w, x0, z0, vx0, vz0;
-
-    //! q = z + ix = [q0 + (q0' + i w q0) t] e^{-iwt}: a straight line in the inertial frame.
-    std::pair<double, double> place(double t) const
-    {
-        std::complex<double> const i(0, 1), q0(z0, x0), v0(vz0, vx0);
-        auto const q = (q0 + (v0 + i * w * q0) * t) * std::exp(-i * w * t);
-        return {q.imag(), q.real()};
-    }
-};
-
-template <int D>
 double error_of_path(Path const& p, double w_dt)
 {
-    auto solver = free_particle<D>(rotation<D>(p.w, 0), in_plane<D>(p.x0, p.z0), in_plane<D>(p.vx0, p.vz0));
+    auto solver =
+        free_particle<D>(rotation<D>(p.w, 0), in_plane<dem::Vec<D>>(p.x0, p.z0), in_plane<dem::Vec<D>>(p.vx0, p.vz0));
     run(solver, 1.0, w_dt / p.w);
     auto const [x, z] = p.place(1.0);
-    return norm(solver.grains().place[0].centre - in_plane<D>(x, z)) / std::hypot(x, z);
+    return norm(solver.grains().place[0].centre - in_plane<dem::Vec<D>>(x, z)) / std::hypot(x, z);
 }
 
 template <int D>
@@ -87,15 +58,15 @@ void parts(std::string const& body)
 {
     verification::Stopwatch watch;
     double const w = 3.0, dt = 1e-3 / w, pi = std::numbers::pi;
-    auto outward =
-        free_particle<D>(rotation<D>(w, 0, {.coriolis = false}), in_plane<D>(0.2, 1), in_plane<D>(-0.3, 0.5));
+    auto outward = free_particle<D>(rotation<D>(w, 0, {.coriolis = false}), in_plane<dem::Vec<D>>(0.2, 1),
+                                    in_plane<dem::Vec<D>>(-0.3, 0.5));
     run(outward, 2.0 / w, dt);
     double const grown = std::cosh(2.0), pushed = std::sinh(2.0) / w;
-    auto const expected = in_plane<D>(0.2 * grown - 0.3 * pushed, grown + 0.5 * pushed);
+    auto const expected = in_plane<dem::Vec<D>>(0.2 * grown - 0.3 * pushed, grown + 0.5 * pushed);
     double const error = norm(outward.grains().place[0].centre - expected) / norm(expected);
     CHECK(verification::report(
         {"R01", body + ", centrifugal alone: cosh, sinh", error, 0, error, 1e-4, watch.seconds()}));
-    auto circling = free_particle<D>(rotation<D>(w, 0, {.centrifugal = false}), {}, in_plane<D>(0.3, 0.4));
+    auto circling = free_particle<D>(rotation<D>(w, 0, {.centrifugal = false}), {}, in_plane<dem::Vec<D>>(0.3, 0.4));
     run(circling, 0.5 * pi / w, dt);
     double const across = norm(circling.grains().place[0].centre);
     CHECK(verification::report({"R01", body + ", Coriolis alone: diameter v/w", across, 0.5 / w,
@@ -117,7 +88,7 @@ void jacobi(std::string const& body)
 {
     verification::Stopwatch watch;
     double const w = 2.0;
-    auto solver = free_particle<D>(rotation<D>(w, 0), in_plane<D>(0.1, 1), in_plane<D>(0.3, -0.2));
+    auto solver = free_particle<D>(rotation<D>(w, 0), in_plane<dem::Vec<D>>(0.1, 1), in_plane<dem::Vec<D>>(0.3, -0.2));
     auto const integral = [&] {
         auto const e = solver.energies();
         return std::pair{(e.kinetic_linear + e.potential) / solver.grains().mass[0],
@@ -148,7 +119,7 @@ void drops(std::string const& body)
         for (double const N : {5.0, 15.0}) {
             verification::Stopwatch watch;
             double const Rc = h * std::exp(d.log_ratio), w = std::sqrt(N * g / Rc), dt = d.w_t / w / 1000;
-            auto solver = free_particle<D>(rotation<D>(w, Rc), in_plane<D>(0, h), {});
+            auto solver = free_particle<D>(rotation<D>(w, Rc), in_plane<dem::Vec<D>>(0, h), {});
             double height = h, x = 0, before = h, x_before = 0;
             while (height > 0) {
                 before = height;
@@ -185,12 +156,13 @@ double stopping_distance(Slider const& s, double rate, Parts parts)
     Contact contact{.stiffness = stiffness, .damping_ratio = 0.3, .tangential_damping = 0.3, .friction = s.friction};
     dem::Setup<D> setup_ = setup<D>(contact);
     if (rate == 0.0)
-        setup_.gravity = in_plane<D>(0, -s.N * g);
+        setup_.gravity = in_plane<dem::Vec<D>>(0, -s.N * g);
     else
         setup_.frame.emplace(rotation<D>(rate, Rc, parts));
-    add_wall<D>(setup_, in_plane<D>(0, -radius), in_plane<D>(0, 1));
+    add_wall<D>(setup_, in_plane<dem::Vec<D>>(0, -radius), in_plane<dem::Vec<D>>(0, 1));
     dem::Grains<D> grains;
-    add_body<D>(grains, in_plane<D>(0, -weight / stiffness), radius, mass, 1e12, {in_plane<D>(s.speed, 0), {}});
+    add_body<D>(grains, in_plane<dem::Vec<D>>(0, -weight / stiffness), radius, mass, 1e12,
+                {in_plane<dem::Vec<D>>(s.speed, 0), {}});
     dem::Solver<D> solver(setup_, grains);
     double const dt = std::numbers::pi * std::sqrt(mass / stiffness) / 50;
     while (solver.grains().motion[0].velocity.x > 0) solver.step(dt);

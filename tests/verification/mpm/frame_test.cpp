@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "participants/mpm/measures.hpp"
 #include "tests/support/turning.hpp"
 #include "tests/verification/mpm/bars.hpp"
 
@@ -15,25 +16,6 @@
 using namespace verification;
 
 namespace {
-
-//! (across, up) as a vector of the plane of motion.
-template <int D>
-mpm::Vec<D> in_plane(double x, double up)
-{
-    if constexpr (D == 2)
-        return {x, up};
-    else
-        return {x, 0.0, up};
-}
-
-template <int D>
-mpm::Vec<D> centre(mpm::Solver<D> const& solver)
-{
-    mpm::Vec<D> sum = mpm::Vec<D>::Zero();
-    double mass = 0;
-    for (auto const& p : solver.state().points) sum += p.mass * p.place, mass += p.mass;
-    return sum / mass;
-}
 
 //! A block of 1 m that hangs together, at rest in space but for a velocity: in the frame it turns back by w.
 template <int D>
@@ -58,7 +40,7 @@ mpm::Solver<D> free_block(sluice::Rotation const& turning, mpm::Vec<D> const& at
     c.bodies.push_back(body);
     auto solver = mpm::make_solver<D>(c);
     double const w = turning.coriolis ? turning.rate : 0;
-    mpm::Vec<D> const lattice = centre(solver);  // points are laid out by the grid
+    mpm::Vec<D> const lattice = mpm::centre_of_mass(solver.state());  // points are laid out by the grid
     for (auto& p : solver.points()) {
         mpm::Vec<D> const r = p.place - lattice;
         p.place = at + r;
@@ -81,33 +63,14 @@ mpm::Vec<D> speed(mpm::Solver<D> const& solver)
 }
 
 template <int D>
-void run(mpm::Solver<D>& solver, double end, double dt)
-{
-    auto const steps = std::llround(end / dt);
-    for (long long k = 0; k < steps; ++k) solver.step(end / static_cast<double>(steps));
-}
-
-struct Path  //!< in a frame that turns about the origin
-{
-    double w, x0, z0, vx0, vz0;
-
-    //! q = z + ix = [q0 + (q0' + i w q0) t] e^{-iwt}: a straight line in the inertial frame.
-    std::pair<double, double> place(double t) const
-    {
-        std::complex<double> const i(0, 1), q0(z0, x0), v0(vz0, vx0);
-        auto const q = (q0 + (v0 + i * w * q0) * t) * std::exp(-i * w * t);
-        return {q.imag(), q.real()};
-    }
-};
-
-template <int D>
 double error_of_path(Path const& p, double end, double w_dt)
 {
     double const dt = end / std::round(end * p.w / w_dt);
-    auto solver = free_block<D>(rotation<D>(p.w, 0), in_plane<D>(p.x0, p.z0), in_plane<D>(p.vx0, p.vz0), dt, 15);
+    auto solver = free_block<D>(rotation<D>(p.w, 0), in_plane<mpm::Vec<D>>(p.x0, p.z0),
+                                in_plane<mpm::Vec<D>>(p.vx0, p.vz0), dt, 15);
     run(solver, end, dt);
     auto const [x, z] = p.place(end + 0.5 * dt);
-    return (centre(solver) - in_plane<D>(x, z)).norm() / std::hypot(x, z);
+    return (mpm::centre_of_mass(solver.state()) - in_plane<mpm::Vec<D>>(x, z)).norm() / std::hypot(x, z);
 }
 
 //! Marks of the file: 1e-4 at w dt = 1e-3, order 2.
@@ -140,16 +103,16 @@ TEST_CASE("R01: each part alone")
     run(outward, 2.0 / w, dt);
     double const t = 2.0 + 0.5e-3, grown = std::cosh(t), pushed = std::sinh(t) / w;
     mpm::Vec<2> const expected(0.2 * grown - 0.3 * pushed, grown + 0.5 * pushed);
-    double const error = (centre(outward) - expected).norm() / expected.norm();
+    double const error = (mpm::centre_of_mass(outward.state()) - expected).norm() / expected.norm();
     CHECK(report({"R01", "centrifugal alone: cosh, sinh", error, 0, error, 1e-4, watch.seconds()}));
     auto circling = free_block<2>(rotation<2>(w, 0, {.centrifugal = false}), {0, 0}, {0.3, 0.4}, dt, 6);
-    auto const begin = centre(circling);
+    auto const begin = mpm::centre_of_mass(circling.state());
     run(circling, 0.5 * pi / w, dt);
-    double const across = (centre(circling) - begin).norm();
+    double const across = (mpm::centre_of_mass(circling.state()) - begin).norm();
     CHECK(report({"R01", "Coriolis alone: diameter v/w", across, 0.5 / w, std::abs(across * w / 0.5 - 1), 1e-4,
                   watch.seconds()}));
     run(circling, 0.5 * pi / w, dt);
-    double const gap = (centre(circling) - begin).norm() * w / 0.5;
+    double const gap = (mpm::centre_of_mass(circling.state()) - begin).norm() * w / 0.5;
     CHECK(report({"R01", "Coriolis alone: closed after pi/w", gap, 0, gap, 1e-4, watch.seconds()}));
     // rounding of a step: the turn's sine and cosine, and the sums over some hundred points
     double const kept = speed(circling).norm();
@@ -191,8 +154,8 @@ TEST_CASE("R06: the horizontal part of the pull")
     Stopwatch const watch;
     double const Rc = 2, w = std::sqrt(15 * 9.81 / Rc), dt = 1e-4;
     auto const share = [&]<int D>() {
-        auto solver =
-            free_block<D>(rotation<D>(w, Rc, {.coriolis = false}), in_plane<D>(0.4, 0), in_plane<D>(0, 0), dt, 3);
+        auto solver = free_block<D>(rotation<D>(w, Rc, {.coriolis = false}), in_plane<mpm::Vec<D>>(0.4, 0),
+                                    in_plane<mpm::Vec<D>>(0, 0), dt, 3);
         solver.step(dt);
         return speed(solver)[0] / dt / (w * w * Rc);
     };
