@@ -72,14 +72,14 @@ double shear_of(Mat3 const& stress)
     return std::sqrt(0.5) * deviator.norm();
 }
 
-}  // namespace
-
-double DruckerPrager::respond(Matter& m, Increment const& step) const
+//! The law of a cone: `bring_back(mean, shear)` of the trial stress says where it returns to.
+template <class BringBack>
+double yield(Matter& m, Increment const& step, Elasticity const& elasticity, BringBack&& bring_back)
 {
     Mat3 flow = close_gap(m, step, elasticity);
     Mat3 const trial = step.turned(m.stress) + elasticity.stress(step.strain - flow);
     double const shear = shear_of(trial);
-    auto const back = surface.bring_back(trial.trace() / 3, shear);
+    DruckerPragerSurface::Returned const back = bring_back(trial.trace() / 3, shear);
     m.stress = trial;
     if (back.plastic) {
         m.stress = scaled(trial, shear, back.mean, back.shear);
@@ -88,6 +88,13 @@ double DruckerPrager::respond(Matter& m, Increment const& step) const
         m.plastic_strain += (shear - back.shear) / (std::sqrt(3.0) * elasticity.shear());
     }
     return contract(m.stress, flow);
+}
+
+}  // namespace
+
+double DruckerPrager::respond(Matter& m, Increment const& step) const
+{
+    return yield(m, step, elasticity, [&](double mean, double shear) { return surface.bring_back(mean, shear); });
 }
 
 double MuOfI::shear_stress(double pressure, double trial, double dt) const
@@ -102,18 +109,10 @@ double MuOfI::shear_stress(double pressure, double trial, double dt) const
 
 double MuOfI::respond(Matter& m, Increment const& step) const
 {
-    Mat3 flow = close_gap(m, step, elasticity);
-    Mat3 const trial = step.turned(m.stress) + elasticity.stress(step.strain - flow);
-    double const mean = trial.trace() / 3, trial_shear = shear_of(trial);
-    double const pressure = std::max(0.0, -mean), shear = shear_stress(pressure, trial_shear, step.duration);
-    m.stress = trial;
-    if (shear < trial_shear || mean > 0) {
-        m.stress = scaled(trial, trial_shear, -pressure, shear);
-        flow += elasticity.strain(trial - m.stress);
-        m.gap += std::max(0.0, mean) / elasticity.bulk();
-        m.plastic_strain += (trial_shear - shear) / (std::sqrt(3.0) * elasticity.shear());
-    }
-    return contract(m.stress, flow);
+    return yield(m, step, elasticity, [&](double mean, double trial) -> DruckerPragerSurface::Returned {
+        double const pressure = std::max(0.0, -mean), shear = shear_stress(pressure, trial, step.duration);
+        return {-pressure, shear, std::max(0.0, mean) / elasticity.bulk(), shear < trial || mean > 0};
+    });
 }
 
 }  // namespace mpm

@@ -31,19 +31,24 @@ struct Matter
 template <int D>
 constexpr double loose = double{D} * std::numbers::ln2;
 
-//! Jaumann's rate of Cauchy's stress: s = turn s turn^T + C : strain. Uniaxial strain: s = (K + 4/3 G) ln(stretch), to
-//! third order in the step.
-struct LinearElastic
+//! Laws whose stress stands for an elastic strain, by Hooke.
+struct Hookean
 {
     Elasticity elasticity;
 
+    double energy(Matter const& m) const { return elasticity.energy(m.stress); }
+    double wave_modulus(Matter const&) const { return elasticity.wave(); }
+};
+
+//! Jaumann's rate of Cauchy's stress: s = turn s turn^T + C : strain. Uniaxial strain: s = (K + 4/3 G) ln(stretch), to
+//! third order in the step.
+struct LinearElastic : Hookean
+{
     double respond(Matter& m, Increment const& step) const
     {
         m.stress = step.turned(m.stress) + elasticity.stress(step.strain);
         return 0;
     }
-    double energy(Matter const& m) const { return elasticity.energy(m.stress); }
-    double wave_modulus(Matter const&) const { return elasticity.wave(); }
 };
 
 //! Compressible neo-Hookean solid, J s = G (F F^T - I) + L ln J I, L = K - 2/3 G. Source: Bonet and Wood, Nonlinear
@@ -82,25 +87,19 @@ struct NeoHookean
 Mat3 close_gap(Matter& matter, Increment const& step, Elasticity const& elasticity);
 
 //! Mohr and Coulomb: linear elastic as above, then returned to the surface (mohr_coulomb.hpp).
-struct MohrCoulomb
+struct MohrCoulomb : Hookean
 {
-    Elasticity elasticity;
     MohrCoulombSurface surface;
 
     double respond(Matter& m, Increment const& step) const;
-    double energy(Matter const& m) const { return elasticity.energy(m.stress); }
-    double wave_modulus(Matter const&) const { return elasticity.wave(); }
 };
 
 //! Drucker and Prager: the same with their surface (drucker_prager.hpp).
-struct DruckerPrager
+struct DruckerPrager : Hookean
 {
-    Elasticity elasticity;
     DruckerPragerSurface surface;
 
     double respond(Matter& m, Increment const& step) const;
-    double energy(Matter const& m) const { return elasticity.energy(m.stress); }
-    double wave_modulus(Matter const&) const { return elasticity.wave(); }
 };
 
 //! Dense grains whose friction grows with the rate g at which they are sheared: linear elastic, and with the pressure
@@ -111,9 +110,8 @@ struct DruckerPrager
 //! plastic strain along s, which keeps the volume; no tension: what is pulled apart opens a gap. g is the plastic rate,
 //! so that below mu_s p nothing flows and nothing has to be regularised. Sources: Jop, Forterre and Pouliquen, Nature
 //! 441 (2006) 727; the closed form of a step: Dunatunga and Kamrin, J. Fluid Mech. 779 (2015) 483.
-struct MuOfI
+struct MuOfI : Hookean
 {
-    Elasticity elasticity;
     double static_friction;  //!< mu_s
     double limit_friction;   //!< mu_2
     double inertial_number;  //!< I0
@@ -123,8 +121,6 @@ struct MuOfI
     //! t at the end of a step of which `trial` was the elastic one [Pa].
     double shear_stress(double pressure, double trial, double dt) const;
     double respond(Matter& m, Increment const& step) const;
-    double energy(Matter const& m) const { return elasticity.energy(m.stress); }
-    double wave_modulus(Matter const&) const { return elasticity.wave(); }
 };
 
 using Law = std::variant<LinearElastic, NeoHookean, MohrCoulomb, DruckerPrager, MuOfI>;
