@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -37,8 +36,7 @@ void tell_phase(sluice::Participant& self, std::vector<std::string> const& recei
 {
     if (receivers.empty()) return;
     volume.clear();
-    for (double const r : c.radius)
-        volume.push_back(D == 2 ? std::numbers::pi * r * r : 4.0 / 3.0 * std::numbers::pi * r * r * r);
+    for (double const radius : c.radius) volume.push_back(volume_of<D>(radius));
     for (auto const& to : receivers) self.write(to, sluice::SolidPhase{c.id, c.position, c.velocity, volume});
 }
 

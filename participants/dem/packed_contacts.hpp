@@ -201,12 +201,13 @@ inline FourForces forces_of(ContactLaw const& law, Four const& slot, FourPlaces 
     PackVec unloaded = held;
     Pack before = now.tangential;
     if constexpr (changes) {
-        auto const then = stiffness_at<F.elasticity>(law, at.overlap - all(dt) * m.half_closing, at.effective);
+        Pack const closed = all(dt) * m.half_closing, past = at.overlap - closed;
+        auto const then = stiffness_at<F.elasticity>(law, past, at.effective);
         before = then.tangential;
         unloaded = either(now.tangential < before, (now.tangential / before) * held, held);
         if constexpr (F.ledger) {
-            Pack const work = all(0.5) * (then.force + now.force) * (all(dt) * m.half_closing);
-            lost.touch = work - (now.energy(at.overlap) - then.energy(at.overlap - all(dt) * m.half_closing));
+            Pack const work = all(0.5) * (then.force + now.force) * closed;
+            lost.touch = work - (now.energy(at.overlap) - then.energy(past));
         }
     }
     PackVec const slipped = all(dt) * m.half_slip, spring = unloaded + now.tangential * slipped;
