@@ -3,6 +3,7 @@
 #include <string>
 
 #include "participants/lbm/solver.hpp"
+#include "tests/participants/lbm/distance.hpp"
 #include "tests/participants/lbm/kept_populations.hpp"
 #include "tests/participants/lbm/plain_lattice.hpp"
 
@@ -48,12 +49,6 @@ std::vector<lbm::Body<2>> discs_at(int step, bool periodic)
 }
 
 //! Largest differences after 300 steps.
-struct Distance
-{
-    double population, load;
-    double largest;  //!< population
-};
-
 Distance from_plain(Scene const& scene, lbm::Precision precision)
 {
     lbm::Solver<2> fast(config(scene, precision));
@@ -87,14 +82,7 @@ Distance from_plain(Scene const& scene, lbm::Precision precision)
                                    std::abs(fast.exchange().torque[i] - want[2])});
         }
     }
-    auto const got = populations_of(fast);
-    REQUIRE(got.size() == plain.populations().size());
-    double worst = 0, largest = 0;
-    for (std::size_t k = 0; k < got.size(); ++k) {
-        worst = std::max(worst, std::abs(got[k] - plain.populations()[k]));
-        largest = std::max(largest, std::abs(got[k]));
-    }
-    return {worst, worst_load, largest};
+    return distance(populations_of(fast), plain.populations(), worst_load);
 }
 
 void check(Scene const& scene)
@@ -103,14 +91,7 @@ void check(Scene const& scene)
     Distance const exact = from_plain(scene, lbm::Precision::float64);
     CHECK(exact.population < 1e-12);
     CHECK(exact.load < 1e-10);
-    // floats: rounded by 2^-24 at most when stored, and about as much when computed, at every step; a load is twice the
-    // sum of some hundred cells' momentum, with an arm of some cells: a thousand populations, whose errors are
-    // independent
-    Distance const rounded = from_plain(scene, lbm::Precision::float32);
-    double const rounding = 300 * std::ldexp(rounded.largest, -23);
-    CHECK(rounded.population > 1e-11);  // they are floats
-    CHECK(rounded.population < rounding);
-    CHECK(rounded.load < std::sqrt(1000.0) * rounding);
+    check_floats(from_plain(scene, lbm::Precision::float32), 300);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "participants/lbm/solver.hpp"
+#include "tests/participants/lbm/distance.hpp"
 #include "tests/participants/lbm/kept_populations.hpp"
 #include "tests/participants/lbm/plain_space.hpp"
 #include "tests/support/close_to.hpp"
@@ -70,12 +71,6 @@ struct Arrays
 };
 
 //! Largest differences after 60 steps.
-struct Distance
-{
-    double population, load;
-    double largest;  //!< population
-};
-
 Distance from_plain(Scene const& scene, lbm::Precision precision)
 {
     lbm::Config c = config(scene);
@@ -108,16 +103,10 @@ Distance from_plain(Scene const& scene, lbm::Precision precision)
                 largest_load = std::max(largest_load, std::abs(got));
             }
     }
-    auto const got = populations_of(fast);
-    REQUIRE(got.size() == plain.populations().size());
-    double worst = 0, largest = 0;
-    for (std::size_t k = 0; k < got.size(); ++k) {
-        worst = std::max(worst, std::abs(got[k] - plain.populations()[k]));
-        largest = std::max(largest, std::abs(got[k]));
-    }
-    CHECK(largest > 1e-4);
+    Distance const found = distance(populations_of(fast), plain.populations(), worst_load);
+    CHECK(found.largest > 1e-4);
     if (scene.spheres) CHECK(largest_load > 1e-3);
-    return {worst, worst_load, largest};
+    return found;
 }
 
 void check(Scene const& scene)
@@ -126,14 +115,7 @@ void check(Scene const& scene)
     Distance const exact = from_plain(scene, lbm::Precision::float64);
     CHECK(exact.population < 1e-13);
     CHECK(exact.load < 1e-11);
-    // floats: rounded by 2^-24 at most when stored, and about as much when computed, at every step; a load is twice the
-    // sum of some hundred cells' momentum, with an arm of some cells: a thousand populations, whose errors are
-    // independent
-    Distance const rounded = from_plain(scene, lbm::Precision::float32);
-    double const rounding = 60 * std::ldexp(rounded.largest, -23);
-    CHECK(rounded.population > 1e-11);  // they are floats
-    CHECK(rounded.population < rounding);
-    CHECK(rounded.load < std::sqrt(1000.0) * rounding);
+    check_floats(from_plain(scene, lbm::Precision::float32), 60);
 }
 
 }  // namespace
