@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -21,6 +22,7 @@
 #include "participants/liggghts/observer.hpp"
 #include "participants/liggghts/script.hpp"
 #include "participants/liggghts/source.hpp"
+#include "participants/liggghts/told.hpp"
 
 namespace liggghts {
 namespace {
@@ -56,7 +58,7 @@ class Run
     bool first() const { return self_.rank() == 0; }  //!< of the processes that share the grains: speaks for all
     double sum(double mine) const;
     void start_generated();
-    void start_engine(std::filesystem::path const& restart, typename Drive<D>::Loads applied);
+    void start_engine(std::filesystem::path const& restart, Loads applied);
     Mirror<D> all() const;
     void keep(sluice::State& state);
     void go_on(sluice::State const& state);
@@ -66,7 +68,9 @@ class Run
     void tell();
     void record(dem::Due const& due, dem::Vec<D> impulse);
     void advance(sluice::Window const& window);
-    void take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time, typename Drive<D>::Loads& loads);
+    bool are_as_told(std::vector<sluice::Sampled<sluice::Load>> const& samples) const;
+    void take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time, Loads& loads);
+    std::size_t place_of_id(std::int64_t id);
     std::vector<Removal> removals(sluice::Window const& window, std::int64_t steps, double dt) const;
 
     sluice::Participant& self_;
@@ -75,8 +79,8 @@ class Run
     std::vector<std::int64_t> ids_;  //!< of the tags 1, 2, ... of all processes; empty: they are the ids
     dem::Start start_;
     std::unique_ptr<Engine> engine_;
-    std::optional<Drive<D>> drive_;
-    Mirror<D> mirror_;
+    std::optional<Drive> drive_;
+    Told<D> told_{ids_};
     std::size_t largest_tag_ = 0;  //!< of all processes
     std::optional<Observer<D>> observer_;
     std::optional<dem::Recorder<D>> recorder_;
@@ -96,8 +100,9 @@ double Run<D>::sum(double mine) const
 template <int D>
 Mirror<D> Run<D>::all() const
 {
-    if (self_.ranks() == 1) return mirror_;
-    return mirror_.whole(largest_tag_, [&](double* numbers, std::size_t count) { engine_->sum(numbers, count); });
+    Mirror<D> mirror(ids_, engine_->rows());
+    if (self_.ranks() == 1) return mirror;
+    return mirror.whole(largest_tag_, [&](double* numbers, std::size_t count) { engine_->sum(numbers, count); });
 }
 
 //! The grains of the block as they are at t = 0.
@@ -117,7 +122,7 @@ void Run<D>::start_generated()
 }
 
 template <int D>
-void Run<D>::start_engine(std::filesystem::path const& restart, typename Drive<D>::Loads applied)
+void Run<D>::start_engine(std::filesystem::path const& restart, Loads applied)
 {
     engine_ = std::make_unique<Engine>(file(restart.empty() ? "log" : "resumed.log"), self_.rank(), self_.ranks());
     if (first() && source_.generates()) {
@@ -133,7 +138,6 @@ void Run<D>::start_engine(std::filesystem::path const& restart, typename Drive<D
     auto const& measures = config().measures;
     drive_->begin(std::move(applied),
                   {measures[dem::Measure::impulse].wanted, measures[dem::Measure::energies].wanted});
-    mirror_ = Mirror<D>(ids_);
     see();
     observer_.emplace(source_.generates() ? dem::make_setup<D>(config()) : bare_setup(config(), all().grains()));
 }
@@ -147,15 +151,17 @@ void Run<D>::keep(sluice::State& state)
     auto const text = first() ? sluice::read_file(restart) : std::string();
     if (first()) std::filesystem::remove(restart);
     state.put("restart", std::as_bytes(std::span(text)));
-    std::vector<double> class_mass, class_radius, applied;
+    std::vector<double> class_mass, class_radius;
     for (auto const& [mass, radius] : classes_.classes) {
         class_mass.push_back(mass);
         class_radius.push_back(radius);
     }
-    for (auto const& load : drive_->applied()) applied.insert(applied.end(), load.begin(), load.end());
+    auto const& applied = drive_->applied();
     state.put("classes/mass", class_mass);
     state.put("classes/radius", class_radius);
-    state.put("applied", applied);
+    state.put("applied/tag", std::vector<std::int64_t>(applied.tags().begin(), applied.tags().end()));
+    state.put("applied/force", applied.force);
+    state.put("applied/torque", applied.torque);
     state.put("ids", ids_);
     state.put_number("time", now_);
     state.put_number("work", work_);
@@ -176,11 +182,10 @@ void Run<D>::go_on(sluice::State const& state)
     for (std::size_t c = 0; c < mass.size(); ++c) classes_.classes.push_back({mass[c], radius[c]});
     auto const ids = state.integers("ids");
     ids_.assign(ids.begin(), ids.end());
-    auto const numbers = state.numbers("applied");
-    typename Drive<D>::Loads applied(numbers.size() / std::tuple_size_v<Acting<D>>);
-    auto next = numbers.begin();
-    for (auto& load : applied)
-        for (double& number : load) number = *next++;
+    auto const tags = state.integers("applied/tag");
+    Loads applied;
+    applied.be(std::vector<int>(tags.begin(), tags.end()), state.numbers("applied/force", 3 * tags.size()),
+               state.numbers("applied/torque", 3 * tags.size()));
     now_ = state.number("time");
     work_ = state.number("work");
     start_ = dem::Start::kept(state);
@@ -201,8 +206,10 @@ void Run<D>::begin_recording(std::optional<double> resumed_at)
 template <int D>
 void Run<D>::see()
 {
-    mirror_.update(engine_->rows());
-    std::int64_t const own = source_.generates() ? static_cast<std::int64_t>(ids_.size()) : mirror_.largest_tag();
+    told_.update(engine_->rows());
+    std::int64_t own = source_.generates() ? static_cast<std::int64_t>(ids_.size()) : 0;
+    if (!source_.generates())
+        for (int const tag : told_.tags()) own = std::max<std::int64_t>(own, tag);
     largest_tag_ = static_cast<std::size_t>(self_.ranks() > 1 ? engine_->largest(own) : own);
 }
 
@@ -212,7 +219,7 @@ void Run<D>::look()
 {
     see();
     if (!source_.generates()) return;
-    double const count = sum(static_cast<double>(mirror_.id().size()));
+    double const count = sum(static_cast<double>(told_.tags().size()));
     sluice::require(count == static_cast<double>(ids_.size()), [&] {
         return sluice::Error("LIGGGHTS has " + std::to_string(static_cast<std::size_t>(count)) + " grains of " +
                                  std::to_string(ids_.size()) + ": others have left. Try a shorter step.",
@@ -224,8 +231,8 @@ template <int D>
 void Run<D>::tell()
 {
     for (auto const& to : self_.receivers("kinematics"))
-        self_.write(to, sluice::Kinematics{mirror_.id(), mirror_.position(), mirror_.velocity(), mirror_.spin(),
-                                           mirror_.radius()});
+        self_.write(to,
+                    sluice::Kinematics{told_.id(), told_.position(), told_.velocity(), told_.spin(), told_.radius()});
 }
 
 template <int D>
@@ -237,11 +244,12 @@ void Run<D>::record(dem::Due const& due, dem::Vec<D> impulse)
     if (!first()) return;
     auto grains = mirror.grains();
     auto const& acting = drive_->applied();
+    auto const found = acting.by_tag();
     for (std::size_t k = 0; k < grains.size(); ++k) {
         auto const tag = static_cast<std::size_t>(mirror.tags()[k]);
-        if (tag >= acting.size()) continue;
-        auto numbers = acting[tag].begin();
-        dem::each_number(grains.external[k].force, [&](double& number) { number = *numbers++; });
+        if (tag >= found.size() || found[tag] == Loads::nobody) continue;
+        double const* next = &acting.force[3 * found[tag]];
+        dem::each_number(grains.external[k].force, [&](double& number) { number = *next++; });
     }
     dem::Columns<D> columns;
     columns.update(grains);
@@ -264,45 +272,53 @@ std::vector<Removal> Run<D>::removals(sluice::Window const& window, std::int64_t
     return found;
 }
 
-//! What all partners do at this time, by tag. A partner usually answers in the order in which it was told.
+//! A partner usually answers in the order in which it was told.
 template <int D>
-void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time,
-                        typename Drive<D>::Loads& loads)
+bool Run<D>::are_as_told(std::vector<sluice::Sampled<sluice::Load>> const& samples) const
 {
-    auto const& ids = mirror_.id();
-    auto const& tags = mirror_.tags();
+    return self_.ranks() == 1 && std::ranges::all_of(samples, [&](auto const& sample) {
+               return std::ranges::equal(sample.ids(), told_.id());
+           });
+}
+
+//! Of a grain among the tags 1, 2, ...
+template <int D>
+std::size_t Run<D>::place_of_id(std::int64_t id)
+{
+    if (!source_.generates()) return static_cast<std::size_t>(id) - 1;  // a script's tags are ids
+    if (!find_) find_.emplace(ids_);
+    return (*find_)(id);
+}
+
+//! What all partners do at this time: in the order of the rows, or else of the tags.
+template <int D>
+void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, double time, Loads& loads)
+{
+    bool const as_told = are_as_told(samples);
+    std::vector<int> all_tags;
+    if (!as_told) {
+        all_tags.resize(largest_tag_);
+        std::iota(all_tags.begin(), all_tags.end(), 1);
+    }
+    bool const at_once = D == 3 && as_told && !samples.empty();  // the first is not added, but copied
+    if (!at_once) loads.begin(as_told ? told_.tags() : all_tags);
     constexpr std::size_t turning = D == 2 ? 1 : 3;
-    bool begun = false;
     for (auto& sample : samples) {
         auto const load = sample.at(time);
-        bool const as_told = std::ranges::equal(load.id, ids);
-        if (!as_told && source_.generates() && !find_) find_.emplace(ids_);
-        auto const tag_of = [&](std::size_t n) {
-            if (as_told) return static_cast<std::size_t>(tags[n]);
-            return find_ ? (*find_)(load.id[n]) + 1 : static_cast<std::size_t>(load.id[n]);  // a script's tags are ids
-        };
-        auto const each = [&](auto const& put) {
-            for (std::size_t n = 0; n < load.id.size(); ++n) {
-                std::size_t const tag = tag_of(n);
-                if (tag > largest_tag_) continue;  // has left since it was told of
-                auto& to = loads[tag];
-                for (std::size_t k = 0; k < D; ++k) put(to[k], load.force[D * n + k]);
-                for (std::size_t k = 0; k < turning; ++k) put(to[D + k], load.torque[turning * n + k]);
-            }
-        };
-        bool const all = as_told && tags.size() == largest_tag_;  // nothing is left to be cleared
-        if (!begun && all) {
-            loads.resize(largest_tag_ + 1);
-            each([](double& to, double number) { to = number; });
-        } else {
-            if (!begun) loads.assign(largest_tag_ + 1, {});
-            each([](double& to, double number) { to += number; });
+        if (at_once && &sample == &samples.front()) {
+            loads.be(told_.tags(), load.force, load.torque);
+            continue;
         }
-        begun = true;
+        for (std::size_t n = 0; n < load.id.size(); ++n) {
+            std::size_t const to = as_told ? n : place_of_id(load.id[n]);
+            if (to >= loads.tags().size()) continue;  // has left since it was told of
+            for (std::size_t k = 0; k < D; ++k) loads.force[3 * to + k] += load.force[D * n + k];
+            for (std::size_t k = 0; k < turning; ++k)
+                loads.torque[3 * to + (3 - turning) + k] += load.torque[turning * n + k];
+        }
     }
-    if (!begun) loads.assign(largest_tag_ + 1, {});
     if (self_.ranks() > 1 && !samples.empty())  // each process was told of the grains that it had
-        engine_->sum(loads.data()->data(), loads.size() * std::tuple_size_v<Acting<D>>);
+        for (auto* numbers : {&loads.force, &loads.torque}) engine_->sum(numbers->data(), numbers->size());
 }
 
 //! One window in equal steps; what partners do is sampled in the middle of each, or once if it stays the same.
@@ -314,7 +330,7 @@ void Run<D>::advance(sluice::Window const& window)
     std::int64_t const steps = window.steps(config().step);
     double const dt = window.length / static_cast<double>(steps);
     bool const vary = sum(std::ranges::any_of(samples, &sluice::Sampled<sluice::Load>::vary) ? 1.0 : 0.0) > 0.0;
-    auto const load = [&](std::int64_t step, typename Drive<D>::Loads& loads) {
+    auto const load = [&](std::int64_t step, Loads& loads) {
         take_loads(samples, window.begin + (static_cast<double>(step) + 0.5) * dt, loads);
     };
     auto const given = drive_->advance(steps, dt, load, vary, removals(window, steps, dt));
@@ -323,7 +339,7 @@ void Run<D>::advance(sluice::Window const& window)
     look();
     tell();
     record({window.end, window.output, window.series, [&](double interval) { return window.due(interval); }},
-           given.impulse);
+           dem::to_dimension<D>({given.impulse[0], given.impulse[1], given.impulse[2]}));
 }
 
 template <int D>

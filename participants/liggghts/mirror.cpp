@@ -1,37 +1,13 @@
 #include "participants/liggghts/mirror.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <numeric>
 #include <utility>
 
 namespace liggghts {
-namespace {
-
-constexpr auto nobody = std::numeric_limits<std::uint32_t>::max();
-
-}  // namespace
-
 template <int D>
-bool Mirror<D>::knows(Rows const& rows) const
+Mirror<D>::Mirror(std::vector<std::int64_t> const& ids, std::vector<int> tags) : ids_(&ids), tags_(std::move(tags))
 {
-    if (static_cast<std::size_t>(rows.count) != tags_.size()) return false;
-    return std::all_of(rows.tag, rows.tag + rows.count, [&](int tag) {
-        return static_cast<std::size_t>(tag) < index_.size() && index_[static_cast<std::size_t>(tag)] != nobody;
-    });
-}
-
-template <int D>
-void Mirror<D>::learn(std::vector<int> tags)
-{
-    tags_ = std::move(tags);
-    std::sort(tags_.begin(), tags_.end());
-    index_.assign(tags_.empty() ? 0 : static_cast<std::size_t>(tags_.back()) + 1, nobody);
-    id_.clear();
-    for (std::size_t k = 0; k < tags_.size(); ++k) {
-        auto const tag = static_cast<std::size_t>(tags_[k]);
-        index_[tag] = static_cast<std::uint32_t>(k);
-        id_.push_back(ids_.empty() ? tags_[k] : ids_.at(tag - 1));
-    }
     position_.resize(D * tags_.size());
     velocity_.resize(D * tags_.size());
     spin_.resize((D == 2 ? 1 : 3) * tags_.size());
@@ -40,19 +16,21 @@ void Mirror<D>::learn(std::vector<int> tags)
 }
 
 template <int D>
-void Mirror<D>::update(Rows const& rows)
+Mirror<D>::Mirror(std::vector<std::int64_t> const& ids, Rows const& rows)
+    : Mirror(ids, std::vector<int>(rows.tag, rows.tag + rows.count))
 {
-    if (!knows(rows)) learn({rows.tag, rows.tag + rows.count});
-    for (int i = 0; i < rows.count; ++i) {
-        std::size_t const at = index_[static_cast<std::size_t>(rows.tag[i])];
-        for (std::size_t k = 0; k < D; ++k) {
-            position_[D * at + k] = rows.place[i][k];
-            velocity_[D * at + k] = rows.velocity[i][k];
-        }
+    std::vector<std::size_t> row(tags_.size());
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    std::ranges::sort(row, {}, [&](std::size_t i) { return rows.tag[i]; });
+    for (std::size_t at = 0; at < row.size(); ++at) {
+        std::size_t const i = row[at];
+        tags_[at] = rows.tag[i];
+        std::copy_n(rows.place[i], D, &position_[D * at]);
+        std::copy_n(rows.velocity[i], D, &velocity_[D * at]);
         if constexpr (D == 2)
             spin_[at] = rows.spin[i][2];
         else
-            for (std::size_t k = 0; k < 3; ++k) spin_[3 * at + k] = rows.spin[i][k];
+            std::copy_n(rows.spin[i], 3, &spin_[3 * at]);
         radius_[at] = rows.radius[i];
         mass_[at] = rows.mass[i];
     }
@@ -73,8 +51,7 @@ Mirror<D> Mirror<D>::whole(std::size_t largest, Sum const& sum) const
     std::vector<int> tags;
     for (std::size_t tag = 0; tag <= largest; ++tag)
         if (there[tag] > 0.0) tags.push_back(static_cast<int>(tag));
-    Mirror all(ids_);
-    all.learn(std::move(tags));
+    Mirror all(*ids_, std::move(tags));
     for (auto const column :
          {&Mirror::position_, &Mirror::velocity_, &Mirror::spin_, &Mirror::radius_, &Mirror::mass_}) {
         auto& to = all.*column;
@@ -104,7 +81,7 @@ dem::Grains<D> Mirror<D>::grains() const
             motion.spin = {spin_[3 * i], spin_[3 * i + 1], spin_[3 * i + 2]};
         }
         g.add(centre, radius_[i], mass_[i] / dem::volume_of<D>(radius_[i]), motion);
-        g.id[i] = id_[i];
+        g.id[i] = ids_->empty() ? tags_[i] : ids_->at(static_cast<std::size_t>(tags_[i]) - 1);
         g.mass[i] = mass_[i];
     }
     return g;

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "coupler/base/scratch_directory.hpp"
 #include "coupler/record/atomic_file.hpp"
@@ -34,6 +36,21 @@ inline dem::Config read(std::string const& keys, int dimension, dem::Vec3 gravit
     return dem::read_config(sluice::read_yaml(keys, "scene.yaml"), dimension, gravity);
 }
 
+//! Loads on the tags 1, 2, ...: force, then torque [N, N m].
+inline liggghts::Loads loads_of(std::vector<std::array<double, 6>> const& acting)
+{
+    std::vector<int> tags;
+    std::vector<double> force, torque;
+    for (auto const& load : acting) {
+        tags.push_back(static_cast<int>(tags.size()) + 1);
+        force.insert(force.end(), load.begin(), load.begin() + 3);
+        torque.insert(torque.end(), load.begin() + 3, load.end());
+    }
+    liggghts::Loads loads;
+    loads.be(tags, force, torque);
+    return loads;
+}
+
 template <int D>
 class Scene
 {
@@ -51,29 +68,23 @@ class Scene
         engine.command("clear", "scene");  // what an earlier scene left
         liggghts::run_script(engine, script, {});
         drive_.begin();
-        mirror_ = liggghts::Mirror<D>(start_.id);
     }
 
     dem::Config const& config() const { return config_; }
-    liggghts::Drive<D>& drive() { return drive_; }
+    liggghts::Drive& drive() { return drive_; }
     //! As they are now.
-    dem::Grains<D> grains()
-    {
-        mirror_.update(place().engine.rows());
-        return mirror_.grains();
-    }
+    dem::Grains<D> grains() const { return liggghts::Mirror<D>(start_.id, place().engine.rows()).grains(); }
     //! Steps of dt [s] without loads.
     void run(std::int64_t steps, double dt)
     {
         drive_.advance(
-            steps, dt, [](std::int64_t, auto& loads) { loads.clear(); }, false);
+            steps, dt, [](std::int64_t, auto& loads) { loads.begin({}); }, false);
     }
 
  private:
     dem::Config config_;
     dem::Grains<D> start_;
-    liggghts::Drive<D> drive_{place().engine};
-    liggghts::Mirror<D> mirror_;
+    liggghts::Drive drive_{place().engine};
 };
 
 }  // namespace liggghts_scene

@@ -14,9 +14,9 @@
 namespace {
 
 using dem::Vec3;
+using liggghts::Loads;
 using liggghts_scene::read;
 using liggghts_scene::Scene;
-using Loads3 = liggghts::Drive<3>::Loads;
 
 std::string const matter = "density: 2500\ncontact: {normal_stiffness: 1e5, damping_ratio: 0.1, friction: 0.3}\n";
 
@@ -41,14 +41,14 @@ dem::Load<3> load_of(std::size_t tag, double time)
             Vec3{1e-6 * k, 1e-6 * std::cos(200.0 * time), -1e-6}};
 }
 
-Loads3 loads_at(std::size_t count, double time)
+Loads loads_at(std::size_t count, double time)
 {
-    Loads3 loads(count + 1);
+    std::vector<std::array<double, 6>> acting;
     for (std::size_t tag = 1; tag <= count; ++tag) {
         auto const [force, torque] = load_of(tag, time);
-        loads[tag] = {force.x, force.y, force.z, torque.x, torque.y, torque.z};
+        acting.push_back({force.x, force.y, force.z, torque.x, torque.y, torque.z});
     }
-    return loads;
+    return liggghts_scene::loads_of(acting);
 }
 
 double largest(double a, Vec3 const& b)
@@ -68,7 +68,7 @@ TEST_CASE("drive: grains under loads of any course go where our DEM has them, at
     for (std::int64_t const steps : {1, 7, 40, 200, 1, 500}) {
         auto const time = [&](std::int64_t step) { return (static_cast<double>(done + step) + 0.5) * dt; };
         scene.drive().advance(
-            steps, dt, [&](std::int64_t step, Loads3& loads) { loads = loads_at(count, time(step)); }, true);
+            steps, dt, [&](std::int64_t step, Loads& loads) { loads = loads_at(count, time(step)); }, true);
         for (std::int64_t step = 0; step < steps; ++step) {
             for (std::size_t i = 0; i < count; ++i) ours.grains().external[i] = load_of(i + 1, time(step));
             ours.step(dt);
@@ -92,7 +92,7 @@ TEST_CASE("drive: loads that stay act as in one window, however it is divided")
 {
     auto const config = read(matter + grains_apart(2), 3, {0, 0, -9.81});
     auto const loads = loads_at(8, 0.0);
-    auto const same = [&](std::int64_t, Loads3& now) { now = loads; };
+    auto const same = [&](std::int64_t, Loads& now) { now = loads; };
     Scene<3> whole(config);
     auto const given = whole.drive().advance(300, 1e-5, same, false);
     auto const reference = whole.grains();
@@ -101,7 +101,7 @@ TEST_CASE("drive: loads that stay act as in one window, however it is divided")
     double work = 0.0;
     for (std::int64_t const steps : {100, 1, 199}) {
         auto const part = divided.drive().advance(steps, 1e-5, same, false);
-        impulse += part.impulse;
+        impulse += dem::Vec3{part.impulse[0], part.impulse[1], part.impulse[2]};
         work += part.work;
     }
     auto const grains = divided.grains();
@@ -111,9 +111,11 @@ TEST_CASE("drive: loads that stay act as in one window, however it is divided")
     }
     CHECK(work == close_to(given.work).epsilon(1e-12));
     dem::Vec3 sum{};
-    for (auto const& load : loads) sum += Vec3{load[0], load[1], load[2]};
+    for (std::size_t k = 0; k < loads.force.size(); k += 3)
+        sum += Vec3{loads.force[k], loads.force[k + 1], loads.force[k + 2]};
     CHECK(norm(impulse - 300 * 1e-5 * sum) < 1e-12 * norm(impulse));
-    CHECK(norm(given.impulse - impulse) < 1e-12 * norm(impulse));
+    auto const [x, y, z] = given.impulse;
+    CHECK(norm(Vec3{x, y, z} - impulse) < 1e-12 * norm(impulse));
     // what the loads did is what the grains have, but for their weight
     double energy = 0.0;
     dem::Grains<3> const start = dem::listed_grains<3>(config);
@@ -133,7 +135,7 @@ TEST_CASE("drive: discs have the mass and the inertia of discs, per metre")
              "grains: [{position: [0.01, 0.02], radius: 0.001, spin: 2}]\n",
              2));
     double const mass = 2650.0 * std::acos(-1.0) * 1e-6, inertia = 0.5 * mass * 1e-6;
-    liggghts::Drive<2>::Loads const loads{{}, {1e-3, -2e-3, 3e-7}};
+    auto const loads = liggghts_scene::loads_of({{1e-3, -2e-3, 0, 0, 0, 3e-7}});
     scene.drive().advance(
         100, 1e-5, [&](std::int64_t, auto& now) { now = loads; }, false);
     auto const grains = scene.grains();
@@ -149,7 +151,7 @@ TEST_CASE("drive: a wall holds a grain until it is removed")
                              "walls: [{name: shelf, point: [0, 0, 0], normal: [0, 0, 1], removed_at: 0.02}]\n"
                              "grains: [{position: [0, 0, 0.004], radius: 0.004}]\n";
     Scene<3> scene(read(keys, 3, {0, 0, -9.81}));
-    auto const nothing = [](std::int64_t, Loads3& loads) { loads.clear(); };
+    auto const nothing = [](std::int64_t, Loads& loads) { loads.begin({}); };
     double const dt = 1e-5;
     scene.drive().advance(2000, dt, nothing, false, {{1000, liggghts::wall_name(0)}});
     double const fallen = 1000 * dt;

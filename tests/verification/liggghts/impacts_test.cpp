@@ -160,7 +160,7 @@ TEST_CASE("LG1: free fall under loads, both codes against the closed form")
     ours.grains().external[0] = {force, torque};
     ours.steps(dt, 20000);
     Scene<3> theirs(config);
-    liggghts::Drive<3>::Loads const loads{{}, {force.x, force.y, force.z, torque.x, torque.y, torque.z}};
+    auto const loads = liggghts_scene::loads_of({{force.x, force.y, force.z, torque.x, torque.y, torque.z}});
     for (int window = 0; window < 200; ++window)
         theirs.drive().advance(
             100, dt, [&](std::int64_t, auto& now) { now = loads; }, false);
