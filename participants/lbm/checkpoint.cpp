@@ -186,7 +186,8 @@ void Solver<D>::restore(sluice::State const& kept)
         take_populations(kept, rows);
         for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) note_turned(rows, r, walls_);
     });
-    coverage_.update(bodies_, team_);
+    coverage_.update(covering(), team_);
+    if (links_) links_->restore(bodies_, id_, walls_.half_force);
     if (phase_) phase_->spread();
     complete_ = true;
 }

@@ -336,6 +336,21 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
                           false});
 }
 
+void find_surface_issues(Config const& c, std::vector<Issue>& issues)
+{
+    if (c.surface == Surface::covered) return;
+    if (c.rotation)
+        issues.push_back({"grains",
+                          "interpolated, in a frame that turns (known for covered ones only). Try grains: "
+                          "covered.",
+                          true});
+    if (c.phase)
+        issues.push_back({"grains",
+                          "interpolated, beside solids finer than a cell (known for covered ones only). Try "
+                          "grains: covered.",
+                          true});
+}
+
 void find_phase_issues(Config const& c, std::vector<Issue>& issues)
 {
     if (!c.phase) return;
@@ -379,6 +394,7 @@ std::vector<Issue> find_issues(Config const& c)
     find_side_issues(c, issues);
     find_flow_issues(c, issues);
     find_phase_issues(c, issues);
+    find_surface_issues(c, issues);
     if (c.threads < 1) issues.push_back({"threads", format("%d (must be at least 1).", c.threads), true});
     return issues;
 }
@@ -448,6 +464,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
     read_phase(r, c, phase);
+    c.surface = static_cast<Surface>(r.choice_or("grains", 0, {"covered", "interpolated"}));
     c.precision = static_cast<Precision>(r.choice_or("precision", 0, {"double", "single"}));
     c.threads = sluice::read_threads(r, "auto");
     bool const readable =

@@ -27,6 +27,12 @@ enum class Operator
     trt,
     bgk
 };
+//! How moving bodies are in the lattice.
+enum class Surface
+{
+    covered,      //!< a cell is solid in part, solid_weight.hpp
+    interpolated  //!< they cut the links between cells, links.hpp
+};
 //! What is beyond a side.
 enum class Border
 {
@@ -132,6 +138,7 @@ struct Config
     std::optional<sluice::Rotation> rotation{};
     bool hydrostatic = false;                  //!< gravity acts on the lattice
     Precision precision = Precision::float64;  //!< of the populations as they are stored
+    Surface surface = Surface::covered;        //!< of bodies; solids at rest cover cells
     double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
     std::optional<PhaseConfig> phase{};
     int threads = 1;

@@ -80,7 +80,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
     for (auto& v : solid) v.assign(n, 0.0);
     for (std::uint32_t const index : coverage_.row(r)) {
         Strip<D> const& s = coverage_.strips()[index];
-        StripVelocity<D> const velocity(s, bodies_);
+        StripVelocity<D> const velocity(s, covering());
         for (std::ptrdiff_t k = 0; k < s.count; ++k) {
             auto const x = static_cast<std::size_t>(s.begin + k);
             row.fraction[x] += s.fraction[k];
@@ -106,6 +106,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
             row.velocity[axis][x] =
                 (fluid - fine.weight) * j[axis] / rho + share * solid[axis][x] + fine.weight * fine.velocity[axis];
         row.fraction[x] += fine.solid;
+        if (links_ && links_->covers(r, static_cast<std::ptrdiff_t>(x))) row.fraction[x] = 1.0;
         row.fraction[x] = std::min(row.fraction[x], 1.0);
     }
 }
@@ -114,7 +115,7 @@ template <int D>
 Fields Solver<D>::fields(int coarsen)
 {
     complete();
-    coverage_.update(bodies_, team_);
+    coverage_.update(covering(), team_);
     Cells<D> c{.n = {populations_.nx(), populations_.ny(), populations_.nz()}, .periodic = walls_.periodic()};
     RowState<D> row;
     auto const append = [](std::vector<double>& to, std::vector<double> const& more) {

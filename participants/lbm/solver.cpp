@@ -195,6 +195,7 @@ Solver<D>::Solver(Config const& config)
     set_patches(patches_of<D>(config_));
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
     if (config_.phase) phase_.emplace(config_);
+    if (config_.surface == Surface::interpolated) links_.emplace(config_.cells(), walls_.periodic());
     find_field();
 }
 
@@ -260,7 +261,11 @@ template <int D>
 void Solver<D>::step()
 {
     sluice::Team::Awake const awake(team_);
-    std::ptrdiff_t const rebuilt = coverage_.update(bodies_, team_);
+    std::ptrdiff_t const rebuilt = coverage_.update(covering(), team_);
+    if (links_) {
+        complete();
+        links_->place(populations_, bodies_, id_, walls_.half_force);
+    }
     share_.rebuilt_bodies = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(bodies_.size()));
     strip_load_.resize(coverage_.strips().size());
     for (auto& pair : walls_.side)
@@ -270,9 +275,13 @@ void Solver<D>::step()
         for (std::ptrdiff_t r = begin; r < end; ++r) collide_row(r);
     });
     if (phase_) phase_->gather(team_);
-    bool const finite = sum_loads();
     populations_.stream(team_);
     complete_ = false;
+    if (links_) {
+        complete();
+        links_->reflect(populations_, bodies_, team_);
+    }
+    bool const finite = sum_loads();
     ++steps_;
     find_field();
     if (!finite || steps_ % watch_every == 0) watch();
@@ -333,7 +342,7 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
     });
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];
-        add_strip(s, StripVelocity<D>(s, bodies_), lag_of<D>(s, bodies_, relaxation_.tau), buffer);
+        add_strip(s, StripVelocity<D>(s, covering()), lag_of<D>(s, covering(), relaxation_.tau), buffer);
     }
     AnySlots<D> const slots = populations_.row(r);
     Relaxation const relaxation = of_row(r);
@@ -342,7 +351,7 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t co
         covered_cells_[static_cast<std::size_t>(r)] += end - begin;
         find_weights<D>(begin, end, relaxation_.tau, buffer);
     });
-    for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], bodies_, buffer);
+    for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], covering(), buffer);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
         if (!touched) return;
         if (phase_)
@@ -360,7 +369,7 @@ void Solver<D>::add_strip_forces(std::span<std::uint32_t const> strips, SolidRow
 {
     for (std::uint32_t const index : strips) {
         Strip<D> const& s = coverage_.strips()[index];
-        StripVelocity<D> const v(s, bodies_);
+        StripVelocity<D> const v(s, covering());
         double const *const rate = solid.force_rate + s.begin, *const fraction = s.fraction,
                             *const x = solid.force[0] + s.begin, *const y = solid.force[1] + s.begin,
                             *const z = solid.force[2] + s.begin;
@@ -396,7 +405,8 @@ template <int D>
 typename Solver<D>::Motion Solver<D>::sum_strips(std::size_t index) const
 {
     Motion sum{};
-    auto const [begin, end] = coverage_.of_body(index);
+    if (links_ && index < bodies_.size()) return links_->impulses()[index];
+    auto const [begin, end] = coverage_.of_body(index - (links_ ? bodies_.size() : 0));
     for (std::size_t k = begin; k < end; ++k)
         for (std::size_t f = 0; f < freedoms; ++f) sum[f] += strip_load_[k][f];
     return sum;
@@ -417,7 +427,8 @@ bool Solver<D>::sum_loads()
     }
     find_loads();
     find_solid_loads();
-    std::ptrdiff_t const covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
+    std::ptrdiff_t covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
+    for (std::size_t i = 0; links_ && i < n; ++i) covered += static_cast<std::ptrdiff_t>(links_->cells_in(i));
     share_.covered_cells = static_cast<double>(covered) / static_cast<double>(populations_.cells());
     return finite;
 }

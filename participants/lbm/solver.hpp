@@ -10,6 +10,7 @@
 #include "participants/lbm/coverage.hpp"
 #include "participants/lbm/fields.hpp"
 #include "participants/lbm/kernels.hpp"
+#include "participants/lbm/links.hpp"
 #include "participants/lbm/phase.hpp"
 #include "participants/lbm/populations.hpp"
 #include "participants/lbm/relaxation.hpp"
@@ -80,9 +81,13 @@ class Solver
     LoadsView solid_loads() const noexcept { return {solid_force_, solid_torque_}; }  //!< on solids at rest
 
     Fields fields(int coarsen = 1);
-    double max_speed();                //!< [m/s]
-    double mass();                     //!< sum of rho dx^D, solids' fluid included [kg]; in the plane per metre
+    double max_speed();  //!< [m/s]
+    double
+    mass();  //!< sum of rho dx^D, solids' fluid included (not that of interpolated bodies) [kg]; in the plane per metre
     std::array<double, D> momentum();  //!< of the same [N s]
+    //! With interpolated surfaces: momentum that came into bodies in the last step with fluid that moves as they do
+    //! [N s]; with exchange() it is what the fluid outside has lost.
+    std::array<double, D> taken_along() const;
     Share share() const noexcept { return share_; }
     std::size_t bytes() const noexcept { return populations_.bytes(); }
 
@@ -111,6 +116,11 @@ class Solver
     void find_solid_loads();
     void find_loads();
     void check_bodies(BodiesView const& bodies) const;
+    std::span<Body<D> const> covering() const  //!< bodies that cover cells in part
+    {
+        return links_ ? std::span<Body<D> const>() : std::span<Body<D> const>(bodies_);
+    }
+    double fluid_too_many(std::size_t body) const;
     void resize_loads(std::size_t bodies);
     void complete();
     std::array<double, D> place_of(std::array<double, D> at) const;
@@ -118,6 +128,7 @@ class Solver
     std::array<double, 3> force_on(Relaxation const& row, std::ptrdiff_t x, double rho,
                                    std::array<double, D> const& velocity) const;
     void read_moments(std::ptrdiff_t r, RowState<D>& row) const;
+    void leave_out_bodies(std::ptrdiff_t r, RowState<D>& row) const;
     void read_row(std::ptrdiff_t r, RowState<D>& row) const;
     void watch();
     void report_blow_up();
@@ -152,6 +163,7 @@ class Solver
     sluice::Team team_;
     Populations<D> populations_;
     Coverage<D> coverage_;
+    std::optional<Links<D>> links_;  //!< bodies are surfaces, instead of covering cells
     std::vector<Body<D>> bodies_;
     std::vector<Displaced> displaced_;
     std::vector<std::uint64_t> id_, last_id_;

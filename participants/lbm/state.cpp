@@ -128,9 +128,16 @@ void Solver<D>::find_loads()
     double const rate = 1 / config_.step;
     for (std::size_t i = 0; i < n; ++i) {
         Displaced const& d = displaced_[i];
+        double const inside = links_ ? 0.0 : d.mass;  // is carried along
         now[i].motion = d.motion;
         std::copy_n(exchange_.data() + D * i, D, now[i].exchange.begin());
         std::copy_n(exchange_torque_.data() + spins<D> * i, spins<D>, now[i].exchange.begin() + D);
+        if (links_) {
+            auto const& pressed = links_->pressed()[i];
+            for (std::size_t k = 0; k < freedoms; ++k)
+                now[i].exchange[k] +=
+                    pressed[k] * (k < D ? config_.units().force_unit() : config_.units().torque_unit());
+        }
         auto const found = same ? where.end() : where.find(id_[i]);
         Past const past = same ? past_[i] : found != where.end() ? past_[found->second] : Past{d.motion, {}};
         auto const load = [&](std::size_t k, double inertia) {
@@ -139,11 +146,29 @@ void Solver<D>::find_loads()
         std::array<double, D> between;  // while it changed by dU: what a frame that turns does then cancels
         for (std::size_t k = 0; k < D; ++k) between[k] = 0.5 * (d.motion[k] + past.motion[k]);
         auto const a = acceleration_at(place_of(bodies_[i].centre), between.data());
-        for (std::size_t k = 0; k < D; ++k) force_[D * i + k] = load(k, d.mass) - d.mass * a[k];
-        for (std::size_t k = 0; k < spins<D>; ++k) torque_[spins<D> * i + k] = load(D + k, d.mass * d.gyration);
+        for (std::size_t k = 0; k < D; ++k) force_[D * i + k] = load(k, inside) - fluid_too_many(i) * a[k];
+        for (std::size_t k = 0; k < spins<D>; ++k) torque_[spins<D> * i + k] = load(D + k, inside * d.gyration);
     }
     past_ = std::move(now);
     if (!same) last_id_ = id_;
+}
+
+//! Mass of fluid in a body's place that the body force acts on or, where its cells are no fluid, that these displace
+//! less than the body does [kg].
+template <int D>
+double Solver<D>::fluid_too_many(std::size_t body) const
+{
+    double const cells = links_ ? static_cast<double>(links_->cells_in(body)) : 0.0;
+    return displaced_[body].mass - cells * config_.units().mass_unit();
+}
+
+template <int D>
+std::array<double, D> Solver<D>::taken_along() const
+{
+    if (!links_) return {};
+    auto momentum = links_->taken_along();
+    for (double& component : momentum) component *= config_.units().momentum_unit();
+    return momentum;
 }
 
 //! The same for solids at rest.
@@ -244,9 +269,21 @@ void Solver<D>::complete()
     team_.share(populations_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (std::ptrdiff_t r = begin; r < end; ++r) enter_row(r);
     });
-    coverage_.update(bodies_, team_);
+    coverage_.update(covering(), team_);
     if (phase_) phase_->spread();
     complete_ = true;
+}
+
+//! Cells in bodies with an interpolated surface are no fluid.
+template <int D>
+void Solver<D>::leave_out_bodies(std::ptrdiff_t r, RowState<D>& row) const
+{
+    if (!links_) return;
+    for (std::size_t x = 0; x < row.excess.size(); ++x) {
+        if (!links_->covers(r, static_cast<std::ptrdiff_t>(x))) continue;
+        row.excess[x] = -1;
+        for (auto& component : row.velocity) component[x] = 0;
+    }
 }
 
 template <int D>
@@ -257,6 +294,7 @@ double Solver<D>::mass()
     double sum = 0;
     for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
         read_moments(r, row);
+        leave_out_bodies(r, row);
         sum = std::accumulate(row.excess.begin(), row.excess.end(), sum);
     }
     return (sum + static_cast<double>(populations_.cells())) * config_.units().mass_unit();
@@ -270,6 +308,7 @@ std::array<double, D> Solver<D>::momentum()
     std::array<double, D> sum{};
     for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
         read_moments(r, row);
+        leave_out_bodies(r, row);
         for (std::size_t k = 0; k < D; ++k)
             sum[k] = std::accumulate(row.velocity[k].begin(), row.velocity[k].end(), sum[k]);
     }

@@ -162,10 +162,11 @@ double rate(lbm::Config const& c, Size const& size, char const* name = nullptr, 
 
 //! The same in space: a cube of cells, with `spheres` each way or none.
 double rate_in_space(std::ptrdiff_t side, int threads, lbm::Precision precision, lbm::Operator collision,
-                     double smagorinsky, int spheres)
+                     double smagorinsky, int spheres, lbm::Surface surface)
 {
     lbm::Config c;
     c.precision = precision;
+    c.surface = surface;
     c.dimension = 3;
     c.cell = c.step = c.density = 1;
     c.size.fill(static_cast<double>(side));
@@ -226,6 +227,10 @@ int main(int argc, char** argv)
             show("MRT + LES", rate(of(size, 0.1), size));
             char const* const tall = "MRT + LES + discs, whole step";
             show(tall, rate(of(size, 0.1), size, tall, Column(size)));
+            char const* const cut = "MRT + LES + discs, interpolated, whole step";
+            auto links = of(size, 0.1);
+            links.surface = lbm::Surface::interpolated;
+            show(cut, rate(links, size, cut, Column(size)));
             char const* const packed = "immersed column, 1000 discs";
             show(packed, rate(of(immersed, 0.1), immersed, packed, Column(immersed.discs, 35, 14.6, 0.1)));
         }
@@ -234,8 +239,9 @@ int main(int argc, char** argv)
         note("D3Q19 memory, in-place update", threads == 1 ? "rate, 1 thread" : "rate, 2 threads", limit / 1e9, "GB/s",
              "itself", 1);
         for (auto const precision : precisions) {
-            auto const show = [&](char const* name, lbm::Operator collision, double les, int spheres) {
-                double const updates = rate_in_space(side, threads, precision, collision, les, spheres);
+            auto const show = [&](char const* name, lbm::Operator collision, double les, int spheres,
+                                  lbm::Surface surface = lbm::Surface::covered) {
+                double const updates = rate_in_space(side, threads, precision, collision, les, spheres, surface);
                 note(name, metric(threads, precision), updates / 1e6, "MLUPS", "roofline",
                      updates * bytes_per_update<3>(precision) / limit);
             };
@@ -243,6 +249,7 @@ int main(int argc, char** argv)
             show("D3Q19 MRT", lbm::Operator::mrt, 0, 0);
             show("D3Q19 MRT + LES", lbm::Operator::mrt, 0.1, 0);
             show("D3Q19 TRT + spheres, whole step", lbm::Operator::trt, 0, 8);
+            show("D3Q19 TRT + spheres, interpolated, whole step", lbm::Operator::trt, 0, 8, lbm::Surface::interpolated);
         }
     }
     double const plain = plain_rate(config(size, 1, 0.1), size);

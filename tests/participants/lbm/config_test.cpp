@@ -43,6 +43,16 @@ bool warns(lbm::Config const& c, char const* key)
 
 }  // namespace
 
+TEST_CASE("config: interpolated surfaces are refused beside what knows covered cells only")
+{
+    std::string const phase = whole + "phase: {drag: ergun, diameter: 1e-4, solid_density: 2650}\n";
+    CHECK(errors(phase, true).empty());
+    CHECK(contains(errors(phase + "grains: interpolated\n", true), "grains"));
+    sluice::Reader reader = sluice::read_yaml(whole + "grains: interpolated\n", "scene.yaml");
+    CHECK_THROWS_WITH_AS(lbm::read_config(reader, 2, {}, sluice::Rotation{}), doctest::Contains("a frame that turns"),
+                         sluice::Error);
+}
+
 TEST_CASE("config: defaults, and the step from the lattice velocity")
 {
     lbm::Config const c = read(whole);
@@ -55,6 +65,7 @@ TEST_CASE("config: defaults, and the step from the lattice velocity")
     CHECK(c.hydrodynamic_radius == 0.85);
     CHECK(c.acceleration == std::array<double, 3>{0, 0, 0});
     CHECK(c.precision == lbm::Precision::float64);
+    CHECK(c.surface == lbm::Surface::covered);
     CHECK(c.threads >= 1);
     CHECK(lbm::describe(c).size() == 10);
 }
@@ -71,6 +82,7 @@ acceleration: [1, 0]
 oscillation: {amplitude: [0.5, 0.25], frequency: 2}
 hydrodynamic_radius: 0.7
 precision: single
+grains: interpolated
 threads: 3
 )");
     CHECK(c.energy_rate == 1.1);
@@ -85,6 +97,7 @@ threads: 3
     CHECK(c.oscillation->frequency == 2);
     CHECK(c.hydrodynamic_radius == 0.7);
     CHECK(c.precision == lbm::Precision::float32);
+    CHECK(c.surface == lbm::Surface::interpolated);
     CHECK(c.threads == 3);
 }
 

@@ -16,9 +16,10 @@ namespace {
 //! c), but the pressure gradient that the reference means is b side^2 (Sangani and Acrivos).
 double drag(std::ptrdiff_t side, double diameter, double factor, std::array<double, 2> offset = {0, 0},
             double tau = 0.6, lbm::Operator collision = lbm::Operator::mrt,
-            lbm::Precision precision = lbm::Precision::float64)
+            lbm::Precision precision = lbm::Precision::float64, lbm::Surface surface = lbm::Surface::covered)
 {
     lbm::Config c = config(side, side, tau);
+    c.surface = surface;
     c.precision = precision;
     c.collision = collision;
     make_periodic(c, true, true);
@@ -104,6 +105,47 @@ TEST_CASE("L06: the same at tau 0.51 to 2, c = 0.2: with a fixed magic number dr
     }
     CHECK(verification::report({"L06", "spread over tau 0.51 to 2 at c=0.20 [-]", high, low, (high - low) / reference,
                                 0.005, watch.seconds()}));
+}
+
+TEST_CASE("L06: the same with an interpolated surface")
+{
+    // marks: those of the case, of the ten places and of tau 0.51 to 2
+    auto const with = [](std::ptrdiff_t side, double c, std::array<double, 2> offset, double tau = 0.6,
+                         lbm::Operator collision = lbm::Operator::mrt) {
+        return drag(side, std::sqrt(4 * c / std::numbers::pi) * static_cast<double>(side), 1, offset, tau, collision,
+                    lbm::Precision::float64, lbm::Surface::interpolated);
+    };
+    for (auto const& [side, c, reference] :
+         {std::tuple{79L, 0.05, 15.55782232}, {40L, 0.2, 51.52694896}, {28L, 0.4, 217.8943147}}) {
+        verification::Stopwatch const watch;
+        double const got = with(side, c, {0, 0}), d = std::sqrt(4 * c / std::numbers::pi) * static_cast<double>(side);
+        CHECK(verification::report({"L06", text("interpolated, F/(mu U) at c=%.2f, d=%.1f dx [-]", c, d), got,
+                                    reference, relative(got, reference), 0.01, watch.seconds()}));
+    }
+    auto const spread = [&](char const* of, int count, auto const& one, double mark) {
+        verification::Stopwatch const watch;
+        double low = 1e9, high = 0;
+        for (int k = 0; k < count; ++k) {
+            double const got = one(k);
+            low = std::min(low, got);
+            high = std::max(high, got);
+        }
+        CHECK(verification::report({"L06", std::string("interpolated, spread over ") + of, high, low,
+                                    (high - low) / 51.52694896, mark, watch.seconds()}));
+    };
+    spread(
+        "ten offsets at c=0.20 [-]", 10,
+        [&](int k) {
+            return with(40, 0.2, {0.1 * k, std::fmod(0.37 * k, 1.0)}, 0.6);
+        },
+        0.01);
+    constexpr std::array tau{0.51, 0.8, 1.5, 2.0};
+    spread(
+        "tau 0.51 to 2 at c=0.20 [-]", 4,
+        [&](int k) {
+            return with(40, 0.2, {0, 0}, tau[static_cast<std::size_t>(k)], lbm::Operator::trt);
+        },
+        0.005);
 }
 
 TEST_CASE("L08: permeability of touching discs seen with r = f R, R = 24 cells")

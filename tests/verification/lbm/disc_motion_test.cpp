@@ -13,10 +13,11 @@ namespace {
 
 //! F/(mu U) of a disc dragged along the axis of a closed channel of width H and length 6 H [-].
 double confined_drag(std::ptrdiff_t height, double ratio, double tau,
-                     lbm::Precision precision = lbm::Precision::float64)
+                     lbm::Precision precision = lbm::Precision::float64, lbm::Surface surface = lbm::Surface::covered)
 {
     std::ptrdiff_t const length = 6 * height;
     lbm::Config c = config(length, height, tau);
+    c.surface = surface;
     c.precision = precision;
     double const h = static_cast<double>(height), d = ratio * h;
     double const speed = 0.02 * c.viscosity / d;  // Re = 0.02
@@ -73,10 +74,11 @@ struct Cavity
     double swirl_rms;  //!< of u_theta over the cells without solid, in w R1 [-]
 };
 
-Cavity turn_in_cavity(double inner, double outer)
+Cavity turn_in_cavity(double inner, double outer, lbm::Surface surface)
 {
     auto const side = static_cast<std::ptrdiff_t>(2 * outer + 4);
     lbm::Config c = config(side, side, 1.0);
+    c.surface = surface;
     double const spin = 0.1 * c.viscosity / (inner * inner);  // Re = 0.1
     double const centre = 0.5 * static_cast<double>(side);
     lbm::Solver<2> solver(c);
@@ -110,12 +112,13 @@ struct Swing
     double mass, damping;
 };
 
-Swing swing_in_cavity(double radius, double ratio, double beta)
+Swing swing_in_cavity(double radius, double ratio, double beta, lbm::Surface surface)
 {
     auto const side = static_cast<std::ptrdiff_t>(2 * ratio * radius + 4);
     // slow beside sound, which takes 6 R/c_s = 10 R steps to and fro: errors go with (w R/c_s)^2, here 0.016 at R = 48
     double const period = 4200, w = 2 * std::numbers::pi / period, viscosity = w * radius * radius / beta;
-    lbm::Config const c = config(side, side, 0.5 + 3 * viscosity);
+    lbm::Config c = config(side, side, 0.5 + 3 * viscosity);
+    c.surface = surface;
     double const centre = 0.5 * static_cast<double>(side), amplitude = 0.02 * radius;
     lbm::Solver<2> solver(c);
     solver.set_patches({around_a_hole(side, ratio * radius)});
@@ -137,10 +140,11 @@ Swing swing_in_cavity(double radius, double ratio, double beta)
 
 //! w/rate of a neutral disc that is free to turn, in the middle between walls H apart that move against each other; H
 //! in cells, ratio = 2 a/H.
-double turning_in_shear(std::ptrdiff_t height, double ratio)
+double turning_in_shear(std::ptrdiff_t height, double ratio, lbm::Surface surface)
 {
     std::ptrdiff_t const length = 4 * height;
     lbm::Config c = config(length, height, 1.5);
+    c.surface = surface;
     c.set_periodic(0);
     double const h = static_cast<double>(height), a = 0.5 * ratio * h, rate = 0.02 * c.viscosity / (a * a);
     c.walls[lbm::bottom<2>].velocity[0] = -0.5 * rate * h;
@@ -196,31 +200,44 @@ TEST_CASE("C03: the same in single precision")
                                 reference, relative(got, reference), 0.03, watch.seconds()}));
 }
 
+TEST_CASE("C03: the same with an interpolated surface")
+{
+    verification::Stopwatch const watch;
+    double const got = confined_drag(54, 0.3, 1.0, lbm::Precision::float64, lbm::Surface::interpolated),
+                 reference = 29.15854;
+    CHECK(verification::report({"C03", text("interpolated, F/(mu U) at k=%.1f, d=%.1f dx [-]", 0.3, 16.2), got,
+                                reference, relative(got, reference), 0.03, watch.seconds()}));
+}
+
 TEST_CASE("C04: disc turning in a circular cavity")
 {
     // closed form: T = 4 pi mu w R1^2 R2^2/(R2^2 - R1^2); marks 3 % at R1 = 10 cells, 1.5 % at 20
-    for (double const inner : {10.0, 20.0}) {
-        verification::Stopwatch const watch;
-        Cavity const got = turn_in_cavity(inner, 3 * inner);
-        double const reference = 4 * std::numbers::pi * 9 / 8, mark = inner < 15 ? 0.03 : 0.015;
-        CHECK(verification::report({"C04", text("T/(mu w R1^2) at R1=%.0f, R2=%.0f dx [-]", inner, 3 * inner),
-                                    got.torque, reference, relative(got.torque, reference), mark, watch.seconds()}));
-        CHECK(verification::report({"C04", text("u_theta RMS / (w R1) at R1=%.0f, R2=%.0f dx [-]", inner, 3 * inner),
-                                    got.swirl_rms, 0, got.swirl_rms, mark, watch.seconds()}));
-    }
+    for (auto const surface : both_surfaces)
+        for (double const inner : {10.0, 20.0}) {
+            verification::Stopwatch const watch;
+            Cavity const got = turn_in_cavity(inner, 3 * inner, surface);
+            double const reference = 4 * std::numbers::pi * 9 / 8, mark = inner < 15 ? 0.03 : 0.015;
+            std::string const at = text(" at R1=%.0f, R2=%.0f dx [-]", inner, 3 * inner);
+            CHECK(verification::report({"C04", of_surface(surface, "T/(mu w R1^2)" + at), got.torque, reference,
+                                        relative(got.torque, reference), mark, watch.seconds()}));
+            CHECK(verification::report({"C04", of_surface(surface, "u_theta RMS / (w R1)" + at), got.swirl_rms, 0,
+                                        got.swirl_rms, mark, watch.seconds()}));
+        }
 }
 
 TEST_CASE("C05b: a free disc turns with a shear between walls")
 {
     // fundamental solutions; mark 1.5 % with a of 12 cells or more
-    for (auto const& [height, ratio, reference] :
-         {std::tuple{std::ptrdiff_t{48}, 0.5, -0.419573}, std::tuple{std::ptrdiff_t{120}, 0.2, -0.488717}}) {
-        verification::Stopwatch const watch;
-        double const got = turning_in_shear(height, ratio);
-        CHECK(verification::report({"C05b",
-                                    text("w/rate at 2a/H=%.1f, H=%.0f dx [-]", ratio, static_cast<double>(height)), got,
-                                    reference, relative(got, reference), 0.015, watch.seconds()}));
-    }
+    for (auto const surface : both_surfaces)
+        for (auto const& [height, ratio, reference] :
+             {std::tuple{std::ptrdiff_t{48}, 0.5, -0.419573}, std::tuple{std::ptrdiff_t{120}, 0.2, -0.488717}}) {
+            verification::Stopwatch const watch;
+            double const got = turning_in_shear(height, ratio, surface);
+            std::string const name =
+                of_surface(surface, text("w/rate at 2a/H=%.1f, H=%.0f dx [-]", ratio, static_cast<double>(height)));
+            CHECK(
+                verification::report({"C05b", name, got, reference, relative(got, reference), 0.015, watch.seconds()}));
+        }
 }
 
 TEST_CASE("C06: added mass and damping of a disc that swings in a cavity, a = 16 cells")
@@ -230,15 +247,19 @@ TEST_CASE("C06: added mass and damping of a disc that swings in a cavity, a = 16
         double ratio, beta, mass, damping;
     };
     // unsteady Stokes flow in closed form (Bessel functions); mark 4 % with a of 16 cells
-    for (Row const row : {Row{2, 20, 2.516751271, 2.304002269}, Row{3, 10, 2.278266967, 1.714060263},
-                          Row{3, 40, 1.825542519, 0.7142255367}}) {
+    auto const check = [](Row const& row, lbm::Surface surface) {
         verification::Stopwatch const watch;
-        Swing const got = swing_in_cavity(16, row.ratio, row.beta);
-        CHECK(verification::report({"C06", text("C_m at R/a=%.0f, beta=%.0f [-]", row.ratio, row.beta), got.mass,
-                                    row.mass, relative(got.mass, row.mass), 0.04, watch.seconds()}));
-        CHECK(verification::report({"C06", text("C_v at R/a=%.0f, beta=%.0f [-]", row.ratio, row.beta), got.damping,
-                                    row.damping, relative(got.damping, row.damping), 0.04, watch.seconds()}));
-    }
+        Swing const got = swing_in_cavity(16, row.ratio, row.beta, surface);
+        std::string const at = text(" at R/a=%.0f, beta=%.0f [-]", row.ratio, row.beta);
+        CHECK(verification::report({"C06", of_surface(surface, "C_m" + at), got.mass, row.mass,
+                                    relative(got.mass, row.mass), 0.04, watch.seconds()}));
+        CHECK(verification::report({"C06", of_surface(surface, "C_v" + at), got.damping, row.damping,
+                                    relative(got.damping, row.damping), 0.04, watch.seconds()}));
+    };
+    Row const rows[] = {
+        {2, 20, 2.516751271, 2.304002269}, {3, 10, 2.278266967, 1.714060263}, {3, 40, 1.825542519, 0.7142255367}};
+    for (Row const& row : rows) check(row, lbm::Surface::covered);
+    check(rows[0], lbm::Surface::interpolated);
 }
 
 namespace {
@@ -269,25 +290,29 @@ TEST_CASE("C07: buoyancy of a disc at rest on the floor, ten places within a cel
     // closed form rho_f g V; with area fractions 0.5 % in the mean and 0.5 % in the scatter
     verification::Stopwatch const watch;
     double const gravity = 1e-6, reference = std::numbers::pi * rest_radius * rest_radius * gravity;
-    double mean = 0, scatter = 0;
-    for (int k = 0; k < 10; ++k) {
-        lbm::Solver<2> solver(pool(gravity));
-        fill(solver, gravity);
-        Discs discs;
-        discs.add(48 + std::fmod(0.618 * k, 1.0), rest_radius + 0.1 * k, rest_radius);
-        solver.set_bodies(discs.view());
-        double sum = 0;
-        for (int step = 0; step < 6000; ++step) {
-            solver.step();
-            if (step >= 5000) sum += solver.loads().force[1] / 1000;
+    for (auto const surface : both_surfaces) {
+        double mean = 0, scatter = 0;
+        for (int k = 0; k < 10; ++k) {
+            lbm::Config c = pool(gravity);
+            c.surface = surface;
+            lbm::Solver<2> solver(c);
+            fill(solver, gravity);
+            Discs discs;
+            discs.add(48 + std::fmod(0.618 * k, 1.0), rest_radius + 0.1 * k, rest_radius);
+            solver.set_bodies(discs.view());
+            double sum = 0;
+            for (int step = 0; step < 6000; ++step) {
+                solver.step();
+                if (step >= 5000) sum += solver.loads().force[1] / 1000;
+            }
+            mean += sum / 10;
+            scatter = std::max(scatter, relative(sum, reference));
         }
-        mean += sum / 10;
-        scatter = std::max(scatter, relative(sum, reference));
+        CHECK(verification::report({"C07", of_surface(surface, "mean buoyancy / (rho_f g V) [-]"), mean / reference, 1,
+                                    relative(mean, reference), 0.005, watch.seconds()}));
+        CHECK(verification::report({"C07", of_surface(surface, "largest deviation of ten offsets [-]"), scatter, 0,
+                                    scatter, 0.005, watch.seconds()}));
     }
-    CHECK(verification::report({"C07", "mean buoyancy / (rho_f g V) [-]", mean / reference, 1,
-                                relative(mean, reference), 0.005, watch.seconds()}));
-    CHECK(verification::report(
-        {"C07", "largest deviation of ten offsets [-]", scatter, 0, scatter, 0.005, watch.seconds()}));
 }
 
 TEST_CASE("C07: a neutrally buoyant disc in fluid at rest stays where it is")

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
@@ -77,6 +78,14 @@ inline std::string text(char const* pattern, double a, double b)
     char out[80];
     std::snprintf(out, sizeof out, pattern, a, b);
     return out;
+}
+
+//! Cases that are run with both.
+inline constexpr std::array both_surfaces{lbm::Surface::covered, lbm::Surface::interpolated};
+
+inline std::string of_surface(lbm::Surface surface, std::string const& what)
+{
+    return surface == lbm::Surface::interpolated ? "interpolated, " + what : what;
 }
 
 inline double relative(double value, double reference)

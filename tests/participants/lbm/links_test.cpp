@@ -1,0 +1,189 @@
+// Bodies with an interpolated surface (participants/lbm/links.hpp).
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "participants/lbm/solver.hpp"
+#include "tests/support/close_to.hpp"
+
+namespace {
+
+//! A periodic box in lattice units: cell = step = density = 1.
+template <int D>
+lbm::Config box(double side, lbm::Operator collision = lbm::Operator::trt)
+{
+    lbm::Config c;
+    c.dimension = D;
+    c.cell = c.step = c.density = 1;
+    c.size = {side, side, D == 3 ? side : 0};
+    c.viscosity = 0.1;
+    c.collision = collision;
+    c.surface = lbm::Surface::interpolated;
+    for (std::size_t k = 0; k < D; ++k) c.set_periodic(k);
+    return c;
+}
+
+//! Three bodies, two of which come together, one of which leaves through a side.
+template <int D>
+struct Bodies
+{
+    std::vector<double> position, velocity, spin, radius;
+    std::vector<std::uint64_t> id{7, 3, 11};
+
+    explicit Bodies(double drift = 0)
+    {
+        double const place[3][3] = {{6.3, 7.1, 8.2}, {13.7, 8.0, 8.9}, {17.2, 16.4, 15.3}};
+        double const speed[3][3] = {{0.05, 0.01, 0.0}, {-0.04, 0.0, 0.01}, {0.06, 0.05, -0.03}};
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t k = 0; k < D; ++k) {
+                position.push_back(place[i][k]);
+                velocity.push_back(drift != 0 ? (k == 0 ? drift : 0.0) : speed[i][k]);
+            }
+            for (std::size_t k = 0; k < lbm::spins<D>; ++k)
+                spin.push_back(drift != 0 ? 0.0 : 0.01 * static_cast<double>(1 + k));
+            radius.push_back(3.1 + 0.4 * static_cast<double>(i));
+        }
+    }
+    lbm::BodiesView view() const { return {position, velocity, spin, radius, id}; }
+    void move()
+    {
+        for (std::size_t k = 0; k < position.size(); ++k) position[k] += velocity[k];
+    }
+};
+
+//! By how much the momentum of the fluid outside changed in a step beyond what bodies and the body force account for.
+template <int D>
+double defect(lbm::Solver<D>& solver, Bodies<D>& bodies)
+{
+    auto const before = solver.momentum();
+    solver.set_bodies(bodies.view());
+    solver.step();
+    auto const after = solver.momentum();
+    auto const along = solver.taken_along();
+    auto const fraction = solver.fields().solid_fraction;
+    double fluid = 0, worst = 0;
+    for (double const f : fraction) fluid += f == 0 ? 1 : 0;
+    for (std::size_t k = 0; k < D; ++k) {
+        double change = after[k] - before[k] + along[k] - fluid * solver.config().acceleration[k];
+        for (std::size_t i = 0; i < bodies.radius.size(); ++i) change += solver.exchange().force[D * i + k];
+        worst = std::max(worst, std::abs(change));
+    }
+    bodies.move();
+    return worst;
+}
+
+template <int D>
+void check_momentum(lbm::Operator collision, std::array<double, 3> const& acceleration)
+{
+    lbm::Config c = box<D>(20, collision);
+    c.acceleration = acceleration;
+    lbm::Solver<D> solver(c);
+    Bodies<D> bodies;
+    solver.set_bodies(bodies.view());
+    solver.step();  // in which they appear
+    double worst = 0;
+    for (int k = 0; k < 60; ++k) worst = std::max(worst, defect(solver, bodies));
+    // rounding of sums of 20^D cells' momenta below 0.1
+    CHECK(worst < 1e-12);
+}
+
+}  // namespace
+
+TEST_CASE("links: momentum of the fluid outside closes, with cells that bodies take and leave")
+{
+    for (auto const collision : {lbm::Operator::bgk, lbm::Operator::trt, lbm::Operator::mrt}) {
+        check_momentum<2>(collision, {});
+        check_momentum<3>(collision, {});
+    }
+    check_momentum<2>(lbm::Operator::trt, {1e-5, -3e-5, 0});
+    check_momentum<3>(lbm::Operator::trt, {1e-5, -3e-5, 2e-5});
+}
+
+namespace {
+
+//! Bodies that move as the fluid does, at one velocity: the largest force on one, and the fluid's largest deviation.
+template <int D>
+void check_drift(double drift, int steps)
+{
+    lbm::Solver<D> solver(box<D>(20));
+    Bodies<D> bodies(drift);
+    bodies.position[D] = 13.3;  // do not come together
+    solver.set_state([&](std::array<double, D> const&) {
+        lbm::PointState<D> s;
+        s.velocity[0] = drift;
+        return s;
+    });
+    double force = 0;
+    for (int k = 0; k < steps; ++k, bodies.move()) {
+        solver.set_bodies(bodies.view());
+        solver.step();
+        for (double const f : solver.loads().force) force = std::max(force, std::abs(f));
+        for (double const t : solver.loads().torque) force = std::max(force, std::abs(t));
+    }
+    CHECK(force < 1e-13);  // rounding
+    CHECK(std::abs(solver.max_speed() - drift) < 1e-14);
+    // one that moves by whole cells has covered and left many; none has changed anything
+    CHECK(bodies.position[0] > 6.3 + 2.0);
+}
+
+}  // namespace
+
+TEST_CASE("links: bodies that move as the fluid does feel nothing and leave no trace, whatever the velocity")
+{
+    check_drift<2>(0.1, 60);
+    check_drift<3>(0.1, 40);
+}
+
+TEST_CASE(
+    "links: a body that appears moving gets what it would get if it had been there at rest, one that vanishes leaves "
+    "fluid")
+{
+    lbm::Solver<2> empty(box<2>(20)), waiting(box<2>(20));
+    Bodies<2> bodies, still;
+    std::ranges::fill(still.velocity, 0.0);
+    std::ranges::fill(still.spin, 0.0);
+    waiting.set_bodies(still.view());
+    empty.step();
+    waiting.step();
+    for (lbm::Solver<2>* solver : {&empty, &waiting}) {
+        solver->set_bodies(bodies.view());
+        solver->step();
+    }
+    for (std::size_t k = 0; k < 6; ++k) {
+        CHECK(std::abs(empty.loads().force[k]) > 1e-3);
+        CHECK(empty.loads().force[k] == close_to(waiting.loads().force[k]).epsilon(1e-12));
+    }
+    empty.set_bodies({});
+    empty.step();
+    for (double const f : empty.fields().solid_fraction) CHECK(f == 0.0);
+    // density 1 beside them but for what a step of 0.06 cells makes
+    CHECK(empty.mass() == close_to(400.0).epsilon(0.02));
+}
+
+TEST_CASE("links: buoyancy is the body's volume, not that of its cells, wherever it lies")
+{
+    for (double const offset : {0.0, 0.21, 0.37, 0.5, 0.83}) {
+        lbm::Config c = box<2>(16);
+        for (std::size_t k = 0; k < 2; ++k) c.set_periodic(k, false);
+        c.viscosity = 0.3;
+        c.acceleration = {0, -1e-5, 0};
+        lbm::Solver<2> solver(c);
+        double const radius = 3.0;
+        std::vector<double> const position{8.0 + offset, 8.0 + 0.7 * offset}, velocity{0, 0}, spin{0}, r{radius};
+        solver.set_state([&](std::array<double, 2> const& at) {
+            lbm::PointState<2> s;
+            s.pressure = -1e-5 * (at[1] - 8.0);
+            return s;
+        });
+        for (int k = 0; k < 3000; ++k) {
+            solver.set_bodies({position, velocity, spin, r});
+            solver.step();
+        }
+        CAPTURE(offset);
+        // compressibility: density varies by 3 g H = 5e-4 over the box
+        CHECK(solver.loads().force[1] == close_to(1e-5 * std::numbers::pi * radius * radius).epsilon(5e-4));
+    }
+}
