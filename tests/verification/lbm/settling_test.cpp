@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/verification/lbm/free_body.hpp"
@@ -35,7 +37,6 @@ struct Oil
     double density, viscosity;  //!< kg/m3, Pa s
     double fastest;             //!< measured [m/s]
     double fall;                //!< measured, from h/d = 4 to 1, h the gap below [s]
-    double mark;                //!< of the fastest
 };
 
 struct Settled
@@ -68,32 +69,85 @@ Settled settle(Oil const& oil, double cells)
     return got;
 }
 
-void check_settling(Oil const& oil, double cells)
+void check_settling(Oil const& oil, double cells, double mark)
 {
     verification::Stopwatch const watch;
     Settled const got = settle(oil, cells);
     std::string const name = oil.name + text(", d = %.0f dx: ", cells, 0);
     CHECK(verification::report({"C02", name + "fastest [m/s]", got.fastest, oil.fastest,
-                                relative(got.fastest, oil.fastest), oil.mark, watch.seconds()}));
+                                relative(got.fastest, oil.fastest), mark, watch.seconds()}));
     // mark: what curves can be read to, 4 %
     CHECK(verification::report({"C02", name + "fall from h/d = 4 to 1 [s]", got.fall, oil.fall,
                                 relative(got.fall, oil.fall), 0.04, watch.seconds()}));
     CHECK(got.last < 0.9);  // it slows down above the floor
 }
 
-// marks: the file's for 15 cells a diameter; of E1, which every published simulation has too slow by 3 to 5 %, 8 %
-constexpr Oil e1{"E1", 970, 0.373, 0.03599, 1.358, 0.08}, e3{"E3", 962, 0.113, 0.08727, 0.536, 0.04},
-    e4{"E4", 960, 0.058, 0.12224, 0.376, 0.04};
+constexpr Oil e1{"E1", 970, 0.373, 0.03599, 1.358}, e3{"E3", 962, 0.113, 0.08727, 0.536},
+    e4{"E4", 960, 0.058, 0.12224, 0.376};
+// E3: what good codes reach with 24 cells. E1: the measured speed is 2 % above that of creeping flow in the box, which
+// inertia only lowers; published codes are 2.5 to 5 % below it
+constexpr double e1_mark = 0.08, e3_mark = 0.025;
 
 }  // namespace
 
 TEST_CASE("C02: a sphere settles in a box, ten Cate's E1, E3 and E4, d = 6 cells")
 {
-    for (Oil const& oil : {e1, e3, e4}) check_settling(oil, 6);
+    check_settling(e1, 6, e1_mark);
+    check_settling(e3, 6, e3_mark);
+    check_settling(e4, 6, 0.02);  // interpolated bounce-back with 6 cells: -2.3 %
 }
 
 TEST_CASE("C02: the same, d = 9 cells, and E4 with 12")
 {
-    for (Oil const& oil : {e1, e3, e4}) check_settling(oil, 9);
-    check_settling(e4, 12);
+    check_settling(e1, 9, e1_mark);
+    check_settling(e3, 9, e3_mark);
+    for (double const cells : {9.0, 12.0})
+        check_settling(e4, cells, 0.009);  // interpolated bounce-back with 12: -0.9 %
+}
+
+namespace {
+
+//! Drag c_D of a sphere of d cells in a stream, Re = U d/nu, after 5 d of way from a sudden start: `moves`, or the duct
+//! and the fluid in it do. A quarter of a duct 4 d wide and 9 d long, periodic.
+double drag_in_stream(double d, double reynolds, bool moves)
+{
+    constexpr double u = 0.05;
+    lbm::Config c = quarter(4 * d, 9 * d, 1);
+    c.step = c.density = 1;
+    c.viscosity = u * d / reynolds;
+    c.set_periodic(2);
+    if (!moves) c.walls[lbm::right].velocity[2] = c.walls[lbm::upper_y].velocity[2] = -u;
+    lbm::Solver<3> solver(c);
+    if (!moves)
+        solver.set_state([&](std::array<double, 3> const&) {
+            return lbm::PointState<3>{.velocity = {0, 0, -u}, .pressure = 0, .gradient = {}};
+        });
+    std::vector<double> place{0, 0, 2.5 * d}, spin(3);
+    std::vector<double> const velocity{0, 0, moves ? u : 0}, radius{0.5 * d};
+    auto const way = static_cast<int>(d / u);
+    double sum = 0;  // over the last d of way
+    for (int k = 0; k < 5 * way; ++k) {
+        solver.set_bodies({place, velocity, spin, radius});
+        solver.step();
+        place[2] += velocity[2];
+        if (k >= 4 * way) sum -= 4 * solver.exchange().force[2] / way;
+    }
+    return sum / (0.5 * u * u * std::numbers::pi * d * d / 4);
+}
+
+}  // namespace
+
+TEST_CASE("C02: drag of a sphere in a stream, at rest and moving, d = 6, 9, 12 cells")
+{
+    // of 18 and 24 cells, continued to fine ones (first and second order: 2.121 to 2.124, 4.486 to 4.489); mark: 2 % as
+    // in creeping flow (L07), to which drag is fitted. What moves: beside what rests.
+    for (auto const& [reynolds, reference] : {std::pair{10.0, 4.487}, std::pair{32.0, 2.122}})
+        for (double const cells : {6.0, 9.0, 12.0})
+            for (bool const moves : {false, true}) {
+                verification::Stopwatch const watch;
+                double const got = drag_in_stream(cells, reynolds, moves);
+                CHECK(verification::report(
+                    {"C02", (moves ? "c_D moving" : "c_D at rest") + text(", Re=%.0f, d=%.0f dx", reynolds, cells), got,
+                     reference, relative(got, reference), 0.02, watch.seconds()}));
+            }
 }
