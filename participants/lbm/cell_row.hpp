@@ -6,6 +6,7 @@
 #include "participants/lbm/lanes.hpp"
 #include "participants/lbm/populations.hpp"
 #include "participants/lbm/relaxation.hpp"
+#include "participants/lbm/solid_weight.hpp"
 
 //! What the collisions of a row of cells share (collide_plane.hpp, collide_space.hpp).
 namespace lbm {
@@ -28,6 +29,7 @@ struct SolidRow
     double const* fraction;  //!< sum of the bodies' solid fractions eps [-], may exceed 1 where bodies overlap
     double const* weight;    //!< B/sum(eps) [-]: solids push a cell by -2 B (j - rho u_s) a step
     double const* open;      //!< the fluid of the cell is 1/open times as viscous [-]
+    double const* ease;      //!< in space: how B falls with the cell's velocity beside the solid (solid_weight.hpp)
     std::array<double const*, 3> momentum;  //!< sum of eps u_s (cells a step); of D entries
     double* force_rate;                     //!< out: 2 weight rho
     std::array<double*, 3> force;           //!< out: 2 weight j; a body's force is eps (force - force_rate u_s)
@@ -37,7 +39,7 @@ struct SolidRow
 template <int D, class V>
 struct SolidCell
 {
-    V fraction{}, weight{}, open{};
+    V fraction{}, weight{}, open{}, ease{};
     std::array<V, D> momentum{};
     V force_rate{};
     std::array<V, D> force{};
@@ -46,6 +48,7 @@ struct SolidCell
     [[gnu::always_inline]] SolidCell(SolidRow const& row, std::ptrdiff_t x) noexcept
         : fraction(load<V>(row.fraction + x)), weight(load<V>(row.weight + x)), open(load<V>(row.open + x))
     {
+        if constexpr (eased_by_inertia<D>) ease = load<V>(row.ease + x);
         for (std::size_t k = 0; k < D; ++k) momentum[k] = load<V>(row.momentum[k] + x);
     }
     [[gnu::always_inline]] void tell(SolidRow const& row, std::ptrdiff_t x) const noexcept
@@ -93,10 +96,11 @@ class RowEndSolids
         std::copy_n(row.fraction + begin, count, known_[0]);
         std::copy_n(row.weight + begin, count, known_[1]);
         std::copy_n(row.open + begin, count, known_[2]);
-        at_ = {known_[0], known_[1], known_[2], {}, told_[0], {}};
+        std::copy_n(row.ease + begin, count, known_[3]);
+        at_ = {known_[0], known_[1], known_[2], known_[3], {}, told_[0], {}};
         for (std::size_t k = 0; k < D; ++k) {
-            std::copy_n(row.momentum[k] + begin, count, known_[3 + k]);
-            at_.momentum[k] = known_[3 + k];
+            std::copy_n(row.momentum[k] + begin, count, known_[4 + k]);
+            at_.momentum[k] = known_[4 + k];
             at_.force[k] = told_[1 + k];
         }
     }
@@ -110,7 +114,7 @@ class RowEndSolids
  private:
     SolidRow from_, at_{};
     std::ptrdiff_t begin_, count_;
-    alignas(64) double known_[3 + D][N] = {}, told_[1 + D][N] = {};
+    alignas(64) double known_[4 + D][N] = {}, told_[1 + D][N] = {};
 };
 
 //! Gives the cells [begin, end) of a row to collide(slots, solids, begin, end, first), in whole registers: the last
@@ -147,6 +151,13 @@ template <class V>
 [[gnu::always_inline]] inline V loosened(double rate, V open) noexcept
 {
     return 1.0 / (0.5 + (1.0 / rate - 0.5) * open);
+}
+
+//! B/eps with (1 + q/3)/(1 + q) of the drag (solid_weight.hpp): of B/(1 - B).
+template <class V>
+[[gnu::always_inline]] inline V eased(V weight, V fraction, V q) noexcept
+{
+    return weight * madd(1.0 / 3, q, V(1.0)) / (1.0 + q * madd(-2.0 / 3, weight * fraction, V(1.0)));
 }
 
 }  // namespace lbm

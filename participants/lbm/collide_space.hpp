@@ -65,6 +65,11 @@ template <Features F, class V>
     }
     V Gx = Fx, Gy = Fy, Gz = Fz;  // force on the fluid, the solids' included
     if constexpr (F.grains) {
+        V const slip_x = madd(jx * inverse_rho, s.fraction, -1.0 * s.momentum[0]),  // times eps
+            slip_y = madd(jy * inverse_rho, s.fraction, -1.0 * s.momentum[1]),
+                slip_z = madd(jz * inverse_rho, s.fraction, -1.0 * s.momentum[2]);
+        s.weight =
+            eased(s.weight, s.fraction, s.ease * root(madd(slip_x, slip_x, madd(slip_y, slip_y, slip_z * slip_z))));
         V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
         s.force_rate = weight2 * rho;
         s.force = {weight2 * jx, weight2 * jy, weight2 * jz};

@@ -70,7 +70,7 @@ Walls walls_lu(Config const& c, Relaxation const& relaxation)
 //! that take what a strip cut off there has left, and exchange nothing.
 struct RowBuffer
 {
-    std::vector<double> fraction, drag, lag, weight, open, force_rate;
+    std::vector<double> fraction, drag, lag, weight, open, ease, force_rate;
     std::array<std::vector<double>, 3> momentum, force;
     std::vector<char> touched;  //!< for each block
 
@@ -78,16 +78,20 @@ struct RowBuffer
     {
         auto const n = static_cast<std::size_t>(nx + strip_lanes);
         if (fraction.size() == n) return;
-        for (auto* v : {&fraction, &drag, &lag, &weight, &open, &force_rate}) v->assign(n, 0.0);
+        for (auto* v : {&fraction, &drag, &lag, &weight, &open, &ease, &force_rate}) v->assign(n, 0.0);
         for (auto* vectors : {&momentum, &force})
             for (auto& v : *vectors) v.assign(n, 0.0);
         touched.resize(n / block + 1);
     }
     SolidRow view()
     {
-        return {fraction.data(),   weight.data(),
-                open.data(),       {momentum[0].data(), momentum[1].data(), momentum[2].data()},
-                force_rate.data(), {force[0].data(), force[1].data(), force[2].data()}};
+        return {fraction.data(),
+                weight.data(),
+                open.data(),
+                ease.data(),
+                {momentum[0].data(), momentum[1].data(), momentum[2].data()},
+                force_rate.data(),
+                {force[0].data(), force[1].data(), force[2].data()}};
     }
     SolidRowInput input()
     {
@@ -102,11 +106,12 @@ template <int D>
 void find_weights(std::ptrdiff_t begin, std::ptrdiff_t end, double tau, RowBuffer& row)
 {
     double const *const fraction = row.fraction.data(), *const drag = row.drag.data(), *const lag = row.lag.data();
-    double *const weight = row.weight.data(), *const open = row.open.data();
+    double *const weight = row.weight.data(), *const open = row.open.data(), *const ease = row.ease.data();
 #pragma omp simd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
         weight[x] = weight_per_fraction(fraction[x], drag[x], tau);
         open[x] = open_share(fraction[x], lag[x] / std::max(fraction[x], 1e-300));
+        if constexpr (eased_by_inertia<D>) ease[x] = ease_per_fraction(fraction[x], drag[x], tau);
     }
 }
 
@@ -122,13 +127,15 @@ void set_core_weight(Strip<D> const& strip, std::span<Body<D> const> bodies, Row
     double const half = std::sqrt(square);
     auto const first = static_cast<std::ptrdiff_t>(std::ceil(-half - strip.arm[0]));
     auto const last = static_cast<std::ptrdiff_t>(std::floor(half - strip.arm[0]));
-    double *const weight = row.weight.data() + strip.begin, *const open = row.open.data() + strip.begin;
+    double *const weight = row.weight.data() + strip.begin, *const open = row.open.data() + strip.begin,
+                  *const ease = row.ease.data() + strip.begin;
     double const* const fraction = row.fraction.data() + strip.begin;
     std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(first, 0), end = std::min(last + 1, strip.count);
 #pragma omp simd
     for (std::ptrdiff_t k = begin; k < end; ++k) {
         weight[k] = core_weight / fraction[k];
         open[k] = 1;
+        ease[k] = 0;
     }
 }
 

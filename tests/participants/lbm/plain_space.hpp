@@ -111,14 +111,13 @@ class PlainSpace
             rho += f[q];
             for (std::size_t k = 0; k < 3; ++k) j[k] += L::c[q][k] * f[q];
         }
-        auto const [fraction, weight, open] = solid(cell, spheres, covered);
-        double const b = fraction * weight;
+        auto const [fraction, full_weight, open, radius] = solid(cell, spheres, covered);
+        double const weight = full_weight * eased(cell, spheres, covered, j, rho, full_weight * fraction, radius),
+                     b = fraction * weight;
         std::array<double, 3> push = {-2 * b * j[0], -2 * b * j[1], -2 * b * j[2]};  // of the solids on the fluid
         for (auto const& [i, eps] : covered) {
             auto const r = arm(cell, spheres[i]);
-            auto const& [w, v] = std::pair{spheres[i].spin, spheres[i].velocity};
-            std::array<double, 3> const us = {v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2],
-                                              v[2] + w[0] * r[1] - w[1] * r[0]};
+            auto const us = velocity(cell, spheres[i]);
             std::array<double, 3> load;
             for (std::size_t k = 0; k < 3; ++k) {
                 push[k] += 2 * weight * eps * rho * us[k];
@@ -174,26 +173,55 @@ class PlainSpace
         return change;
     }
 
-    //! Sum of the fractions, B/sum, and how open the cell is.
-    std::array<double, 3> solid(Cell const& cell, std::vector<lbm::Body<3>> const& spheres,
+    //! Sum of the fractions, B/sum, how open the cell is, mean radius (core: 0).
+    std::array<double, 4> solid(Cell const& cell, std::vector<lbm::Body<3>> const& spheres,
                                 std::map<std::size_t, double> const& covered) const
     {
         double const t = rates_.tau - 0.5;
-        double fraction = 0, drag = 0, lag = 0;
+        double fraction = 0, drag = 0, lag = 0, curvature = 0;
         bool core = false;
         for (auto const& [i, eps] : covered) {
             fraction += eps;
+            curvature += eps / spheres[i].radius;
             auto const& v = spheres[i].velocity;
             lag += 0.1 * std::pow(std::hypot(v[0], v[1], v[2]) / (t / 3), 2) * eps;
             drag += (4.5 / spheres[i].radius + 0.03) * t * eps;
             auto const r = arm(cell, spheres[i]);
             core = core || std::hypot(r[0], r[1], r[2]) <= spheres[i].radius - 2.18;
         }
-        if (fraction == 0) return {0, 0, 1};
+        if (fraction == 0) return {0, 0, 1, 0};
         double b = std::min(0.98, fraction >= 1 ? 1 : drag / (1 - fraction + drag));
         if (core) b = 0.5;
         return {fraction, b / fraction,
-                core ? 1 : (std::max(1 - fraction, 0.05) + lag / fraction) / (1 + lag / fraction)};
+                core ? 1 : (std::max(1 - fraction, 0.05) + lag / fraction) / (1 + lag / fraction),
+                core ? 0 : fraction / curvature};
+    }
+
+    //! B of a cell by inertia, over what it is without: B/(1 - B) is (1 + q/3)/(1 + q) times as large.
+    double eased(Cell const& cell, std::vector<lbm::Body<3>> const& spheres,
+                 std::map<std::size_t, double> const& covered, std::array<double, 3> const& j, double rho, double b,
+                 double radius) const
+    {
+        if (b == 0) return 1;
+        double fraction = 0;
+        std::array<double, 3> solid{};  // velocity
+        for (auto const& [i, eps] : covered) {
+            fraction += eps;
+            auto const us = velocity(cell, spheres[i]);
+            for (std::size_t k = 0; k < 3; ++k) solid[k] += eps * us[k];
+        }
+        for (double& v : solid) v /= fraction;
+        double const q = 0.45 * radius / ((rates_.tau - 0.5) / 3) *
+                         std::hypot(j[0] / rho - solid[0], j[1] / rho - solid[1], j[2] / rho - solid[2]);
+        double const odds = b / (1 - b) * (1 + q / 3) / (1 + q);
+        return odds / (1 + odds) / b;
+    }
+
+    std::array<double, 3> velocity(Cell const& cell, lbm::Body<3> const& sphere) const
+    {
+        auto const r = arm(cell, sphere);
+        auto const& [w, v] = std::pair{sphere.spin, sphere.velocity};
+        return {v[0] + w[1] * r[2] - w[2] * r[1], v[1] + w[2] * r[0] - w[0] * r[2], v[2] + w[0] * r[1] - w[1] * r[0]};
     }
 
     //! From a sphere's centre to a cell's, across periodic sides.

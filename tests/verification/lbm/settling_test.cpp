@@ -1,0 +1,153 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/verification/lbm/free_body.hpp"
+#include "tests/verification/lbm/lattice_case.hpp"
+
+//! Spheres that start from rest. A quarter of the box, mirrored at two sides without friction.
+using namespace lattice_case;
+
+namespace {
+
+constexpr double earth = 9.81;  // m/s2
+
+lbm::Config quarter(double width, double height, double cell)
+{
+    lbm::Config c;
+    c.dimension = 3;
+    c.cell = cell;
+    c.size = {0.5 * width, 0.5 * width, height};
+    c.collision = lbm::Operator::trt;
+    c.walls[lbm::left].kind = c.walls[lbm::lower_y].kind = lbm::Border::slip;
+    return c;
+}
+
+//! A sphere of 15 mm and 1120 kg/m3 in a box of oil, 100 x 100 x 160 mm: ten Cate, Nieuwstad, Derksen and Van den
+//! Akker, Phys. Fluids 14 (2002) 4012, table I; the fastest of table II, times read off their figure 5a.
+struct Oil
+{
+    char const* name;
+    double density, viscosity;  //!< kg/m3, Pa s
+    double fastest;             //!< measured [m/s]
+    double fall;                //!< measured, from h/d = 4 to 1, h the gap below [s]
+};
+
+struct Settled
+{
+    double fastest, fall, last;  //!< last: velocity at h/d = 0.1 over the fastest [-]
+};
+
+Settled settle(Oil const& oil, double cells)
+{
+    constexpr double diameter = 0.015;
+    lbm::Config c = quarter(0.1, 0.16, diameter / cells);
+    c.density = oil.density;
+    c.viscosity = oil.viscosity / oil.density;
+    c.step = 0.05 * c.cell / oil.fastest;
+    lbm::Solver<3> solver(c);
+    FreeBody<3> sphere({0, 0, 0.1275}, 0.5 * diameter, 1120, oil.density);
+    sphere.images = 4;
+    double const weight = (sphere.mass - sphere.displaced) * earth;
+    auto const gap = [&] { return sphere.position[2] / diameter - 0.5; };
+    Settled got{};
+    double four = 0, one = 0;
+    while (gap() > 0.1) {
+        sphere.step(solver, {0, 0, -weight});
+        got.fastest = std::max(got.fastest, -sphere.up());
+        if (gap() > 4) four = solver.time();
+        if (gap() > 1) one = solver.time();
+    }
+    got.fall = one - four;
+    got.last = -sphere.up() / got.fastest;
+    return got;
+}
+
+void check_settling(Oil const& oil, double cells, double mark)
+{
+    verification::Stopwatch const watch;
+    Settled const got = settle(oil, cells);
+    std::string const name = oil.name + text(", d = %.0f dx: ", cells, 0);
+    CHECK(verification::report({"C02", name + "fastest [m/s]", got.fastest, oil.fastest,
+                                relative(got.fastest, oil.fastest), mark, watch.seconds()}));
+    // mark: what curves can be read to, 4 %
+    CHECK(verification::report({"C02", name + "fall from h/d = 4 to 1 [s]", got.fall, oil.fall,
+                                relative(got.fall, oil.fall), 0.04, watch.seconds()}));
+    CHECK(got.last < 0.9);  // it slows down above the floor
+}
+
+constexpr Oil e1{"E1", 970, 0.373, 0.03599, 1.358}, e3{"E3", 962, 0.113, 0.08727, 0.536},
+    e4{"E4", 960, 0.058, 0.12224, 0.376};
+// E3: what good codes reach with 24 cells. E1: the measured speed is 2 % above that of creeping flow in the box, which
+// inertia only lowers; published codes are 2.5 to 5 % below it
+constexpr double e1_mark = 0.08, e3_mark = 0.025;
+
+}  // namespace
+
+TEST_CASE("C02: a sphere settles in a box, ten Cate's E1, E3 and E4, d = 6 cells")
+{
+    check_settling(e1, 6, e1_mark);
+    check_settling(e3, 6, e3_mark);
+    check_settling(e4, 6, 0.02);  // interpolated bounce-back with 6 cells: -2.3 %
+}
+
+TEST_CASE("C02: the same, d = 9 cells, and E4 with 12")
+{
+    check_settling(e1, 9, e1_mark);
+    check_settling(e3, 9, e3_mark);
+    for (double const cells : {9.0, 12.0})
+        check_settling(e4, cells, 0.009);  // interpolated bounce-back with 12: -0.9 %
+}
+
+namespace {
+
+//! Drag c_D of a sphere of d cells in a stream, Re = U d/nu, after 5 d of way from a sudden start: `moves`, or the duct
+//! and the fluid in it do. A quarter of a duct 4 d wide and 9 d long, periodic.
+double drag_in_stream(double d, double reynolds, bool moves)
+{
+    constexpr double u = 0.05;
+    lbm::Config c = quarter(4 * d, 9 * d, 1);
+    c.step = c.density = 1;
+    c.viscosity = u * d / reynolds;
+    c.set_periodic(2);
+    if (!moves) c.walls[lbm::right].velocity[2] = c.walls[lbm::upper_y].velocity[2] = -u;
+    lbm::Solver<3> solver(c);
+    if (!moves)
+        solver.set_state([&](std::array<double, 3> const&) {
+            return lbm::PointState<3>{.velocity = {0, 0, -u}, .pressure = 0, .gradient = {}};
+        });
+    std::vector<double> place{0, 0, 2.5 * d}, spin(3);
+    std::vector<double> const velocity{0, 0, moves ? u : 0}, radius{0.5 * d};
+    auto const way = static_cast<int>(d / u);
+    double sum = 0;  // over the last d of way
+    for (int k = 0; k < 5 * way; ++k) {
+        solver.set_bodies({place, velocity, spin, radius});
+        solver.step();
+        place[2] += velocity[2];
+        if (k >= 4 * way) sum -= 4 * solver.exchange().force[2] / way;
+    }
+    return sum / (0.5 * u * u * std::numbers::pi * d * d / 4);
+}
+
+}  // namespace
+
+TEST_CASE("C02: drag of a sphere in a stream, at rest and moving, d = 6, 9, 12 cells")
+{
+    // of 18 and 24 cells, continued to fine ones (first and second order: 2.121 to 2.124, 4.486 to 4.489); mark: 2 % as
+    // in creeping flow (L07), to which drag is fitted. What moves: beside what rests.
+    for (auto const& [reynolds, reference] : {std::pair{10.0, 4.487}, std::pair{32.0, 2.122}})
+        for (double const cells : {6.0, 9.0, 12.0})
+            for (bool const moves : {false, true}) {
+                verification::Stopwatch const watch;
+                double const got = drag_in_stream(cells, reynolds, moves);
+                CHECK(verification::report(
+                    {"C02", (moves ? "c_D moving" : "c_D at rest") + text(", Re=%.0f, d=%.0f dx", reynolds, cells), got,
+                     reference, relative(got, reference), 0.02, watch.seconds()}));
+            }
+}
