@@ -17,16 +17,6 @@ using sluice::Error;
 using sluice::Exit;
 using sluice::require;
 
-//! The fast way, where there is one.
-template <int D>
-auto packed_for(int threads)
-{
-    if constexpr (D == 2)
-        return PackedStep(threads);
-    else
-        return std::monostate{};
-}
-
 template <int D>
 std::string text_of(Vec<D> const& v)
 {
@@ -51,7 +41,7 @@ template <int D>
 Solver<D>::Solver(Setup<D> setup, State<D> state)
     : setup_(std::move(setup)),
       state_(std::move(state)),
-      packed_(packed_for<D>(1)),
+      packed_(1),
       grid_(setup_.cells),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
@@ -137,14 +127,13 @@ void Solver<D>::use_threads(int threads)
 {
     write_points();
     packed_has_points_ = false;
-    packed_ = packed_for<D>(threads);
+    packed_ = PackedStep<D>(threads);
 }
 
 template <int D>
 void Solver<D>::write_points() const
 {
-    if constexpr (D == 2)
-        if (points_are_behind_) packed_.give(setup_, state_);
+    if (points_are_behind_) packed_.give(setup_, state_);
     points_are_behind_ = false;
 }
 
@@ -152,33 +141,30 @@ void Solver<D>::write_points() const
 template <int D>
 bool Solver<D>::step_packed(double dt)
 {
-    if constexpr (D == 2) {
-        if (!PackedStep::serves(setup_)) return false;
-        if (!packed_has_points_) packed_.take(state_);
-        packed_has_points_ = true;
-        PackedStep::Outcome o;
-        bool const changes = field_changes();
-        double const potential = changes ? potential_energy(setup_, state(), state_.time) : 0;
-        if (!packed_.step(setup_, state_.time, state_.steps, dt, loads_, grains_, o)) return false;
-        points_are_behind_ = true;
-        state_.time += dt;
-        ++state_.steps;
-        if (!o.all_inside) check_places();
-        if (!o.all_upright) check_upright();
-        speed_ = o.speed;
-        nodes_reached_ = o.nodes;
-        light_nodes_ += o.light_nodes;
-        Booked& booked = state_.booked;
-        booked.plastic += o.booked.plastic;
-        booked.sliding += o.booked.sliding;
-        booked.damping += o.booked.damping;
-        booked.external_work += o.booked.external_work;
-        if (changes) booked.field_work += potential_energy(setup_, state(), state_.time) - potential + o.field;
-        booked.numerical += o.kinetic_before - o.kinetic_after + o.field - o.stress + o.booked.external_work -
-                            o.booked.sliding - o.booked.damping;
-        return true;
-    }
-    return false;
+    if (!PackedStep<D>::serves(setup_)) return false;
+    if (!packed_has_points_) packed_.take(state_);
+    packed_has_points_ = true;
+    typename PackedStep<D>::Outcome o;
+    bool const changes = field_changes();
+    double const potential = changes ? potential_energy(setup_, state(), state_.time) : 0;
+    if (!packed_.step(setup_, state_.time, state_.steps, dt, loads_, grains_, o)) return false;
+    points_are_behind_ = true;
+    state_.time += dt;
+    ++state_.steps;
+    if (!o.all_inside) check_places();
+    if (!o.all_upright) check_upright();
+    speed_ = o.speed;
+    nodes_reached_ = o.nodes;
+    light_nodes_ += o.light_nodes;
+    Booked& booked = state_.booked;
+    booked.plastic += o.booked.plastic;
+    booked.sliding += o.booked.sliding;
+    booked.damping += o.booked.damping;
+    booked.external_work += o.booked.external_work;
+    if (changes) booked.field_work += potential_energy(setup_, state(), state_.time) - potential + o.field;
+    booked.numerical += o.kinetic_before - o.kinetic_after + o.field - o.stress + o.booked.external_work -
+                        o.booked.sliding - o.booked.damping;
+    return true;
 }
 
 template <int D>

@@ -95,7 +95,7 @@ struct Setup
     double flip = 1;             //!< share of FLIP in the velocity update; the rest is PIC
     bool affine = false;         //!< points bring the gradient of their velocity to the grid
     bool shared_volume = false;  //!< the points of a cell share its change of volume (cell_means.hpp)
-    bool one_at_a_time = false;  //!< the plain way, where the plane has a faster one
+    bool one_at_a_time = false;  //!< the plain way, where there is a faster one
     double damping = 0;          //!< of all velocities [1/s]
     double courant = 0.4;
     Vec<D> gravity = Vec<D>::Zero();               //!< [m/s2]
