@@ -307,13 +307,14 @@ void Solver<D>::set_strain_velocities()
     }
 }
 
-//! What lies between the mean stress of a point, of its D x D part, and that of its cell [Pa].
+//! What lies between the mean stress of a point, of its D x D part, of a ring the whole, and that of its cell [Pa].
 template <int D>
 std::vector<double> Solver<D>::shifts_of_stress() const
 {
     std::vector<double> own;
     if (!setup_.shared_volume) return own;
-    for (Point<D> const& p : state_.points) own.push_back(p.matter.stress.template topLeftCorner<D, D>().trace() / D);
+    int const shared = setup_.symmetry == Symmetry::axial ? 3 : D;
+    for (Point<D> const& p : state_.points) own.push_back(p.matter.stress.diagonal().head(shared).mean());
     std::vector<double> shifts = cell_means<D>(setup_, state_, places_, own);
     for (std::size_t p = 0; p < own.size(); ++p) shifts[p] -= own[p];
     return shifts;
@@ -323,10 +324,12 @@ template <int D>
 void Solver<D>::share_volume()
 {
     std::vector<double> own;
-    for (Mat<D> const& increment : increments_) own.push_back(increment.determinant());
+    int const part = setup_.symmetry == Symmetry::axial ? 3 : D;
+    for (Mat3 const& increment : increments_) own.push_back(increment.determinant());
     std::vector<double> const shared = cell_means<D>(setup_, state_, places_, own);
     for (std::size_t p = 0; p < own.size(); ++p)
-        if (own[p] > 0 && shared[p] > 0) increments_[p] *= std::pow(shared[p] / own[p], 1.0 / D);
+        if (own[p] > 0 && shared[p] > 0)
+            increments_[p].topLeftCorner(part, part) *= std::pow(shared[p] / own[p], 1.0 / part);
 }
 
 //! Returns the work that the stress did in it [J].
@@ -337,7 +340,7 @@ double Solver<D>::deform(double dt)
     auto const each = [&](auto const& law) {
         for (std::size_t p = 0; p < increments_.size(); ++p) {
             Point<D>& point = state_.points[p];
-            Mat3 const change = in_space(increments_[p], 1);
+            Mat3 const& change = increments_[p];
             Increment const step(change, dt);
             double const ratio = point.matter.ratio * step.ratio, volume = point.volume_now();
             Mat3 const old = step.turned(point.matter.stress);

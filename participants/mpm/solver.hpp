@@ -102,8 +102,8 @@ class Solver
     Transfer<D> const* transfer_;
     GrainContacts<D> grains_;
     std::vector<Vec<D>> loads_, places_;
-    std::vector<Mat<D>> increments_;
-    double speed_ = 0;  //!< wave and point [m/s]
+    std::vector<Mat3> increments_;  //!< of the deformation gradient
+    double speed_ = 0;              //!< wave and point [m/s]
     std::int64_t light_nodes_ = 0;
 };
 
