@@ -82,6 +82,23 @@ void read_scheme(sluice::Reader& r, Config& c)
     c.step = r.number_unless("step", "auto", {.above = 0.0, .unit = "s"});
 }
 
+//! Rings around the axis have what they need (axial.hpp), and no partner's bodies lie in the plane.
+void read_symmetry(sluice::Reader& r, Config& c, Beside const& beside)
+{
+    c.symmetry = static_cast<Symmetry>(r.choice_or("symmetry", 0, {"plane", "axial"}));
+    if (c.symmetry == Symmetry::plane) return;
+    auto const refuse = [&](bool where, char const* beside_what) {
+        if (where) r.refuse("symmetry", std::string("beside ") + beside_what);
+    };
+    refuse(c.dimension != 2, "dimension: 3 (needs 2: x is the radius, y along the axis). Leave it out.");
+    refuse(c.origin[0] < 0, "a domain that reaches beyond the axis x = 0 (needs domain.origin: [0, ...] or above).");
+    refuse(c.basis != BasisKind::gimp, "another basis than gimp (its weights are made for rings). Leave basis out.");
+    refuse(c.gravity[0] != 0, "gravity across the axis (needs [0, g]).");
+    refuse(beside.grains, "a partner's grains (discs of the plane are no rings). Couple in space.");
+    refuse(beside.fluid, "a partner's fluid (it has no axis). Couple in the plane or in space.");
+    refuse(beside.rotation != nullptr, "frame: rotating, whose axis is another one (needs an inertial frame).");
+}
+
 Wall read_wall(sluice::Reader& walls, char const* name, int axis, int side)
 {
     Wall wall{.axis = axis, .side = side};
@@ -249,6 +266,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     if (beside.rotation) c.rotation = *beside.rotation;
     read_domain(r, c);
     read_scheme(r, c);
+    read_symmetry(r, c, beside);
     sluice::Reader material = r.child("material");
     c.density = material.number("density", {.above = 0.0, .unit = "kg/m3"});
     c.law = read_law(material);

@@ -58,6 +58,7 @@ struct Config
     int points = 2;                            //!< in a cell, along each axis
     BasisKind basis = BasisKind::gimp;
     Width width = Width::fixed;
+    Symmetry symmetry = Symmetry::plane;  //!< in the plane
     Scheme scheme = Scheme::musl;
     double flip = 0.99;          //!< share of FLIP
     bool affine = true;          //!< points bring the gradient of their velocity to the grid; not with hat functions

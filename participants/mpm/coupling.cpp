@@ -232,7 +232,7 @@ Start start_of(Config const& config, Solver<D> const& solver)
     auto const r = run_out_of(solver.setup(), solver.state(), 0);
     double const step = config.step ? *config.step : solver.longest_step();
     double volume = 0;
-    for (Point<D> const& p : solver.state().points) volume += p.volume;
+    for (Point<D> const& p : solver.state().points) volume += p.volume / girth(config.symmetry, p.place);
     double const area = D == 2 ? volume : volume / config.size[1];
     return {r.height, r.foremost, step, solver.energies().balance(), front_share * std::sqrt(area), 0, 0};
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "participants/mpm/axial.hpp"
 #include "participants/mpm/cell.hpp"
 
 namespace mpm {
@@ -103,7 +104,7 @@ RunOut run_out_of(Setup<D> const& setup, State<D> const& state, double depth)
         double const reach = p.place[0] + half, top = p.place[D - 1] + half;
         out.foremost = std::max(out.foremost, reach);
         if (cells[cell_of(setup, p.place)].set != main) continue;
-        depth_at.add(p.place[0] - half, reach, p.volume);
+        depth_at.add(p.place[0] - half, reach, p.volume / girth(setup.symmetry, p.place));
         if (p.place[0] < 2 * setup.cell) out.height = std::max(out.height, top);
     }
     out.front = depth_at.front(depth);

@@ -8,73 +8,85 @@ namespace mpm::packed {
 //! What the stress of a chunk's points did.
 struct Deformed
 {
-    double work = 0, plastic = 0;  //!< [J/m]
+    double work = 0, plastic = 0;  //!< [J]; plane: per metre
     double speed = 0;              //!< of the fastest wave over the fastest point [m/s]
     bool upright = true;           //!< J > 0, and a number
 };
 
-//! Strain and turn of the step about its middle (Increment in tensor.hpp), then the law.
-template <bool affine, bool shared, class Law>
-Deformed deform(PackedPoints& p, std::size_t begin, std::size_t end, double dt, Law const& law, Planes const& nodes)
+//! The increment with its cell's change of volume.
+template <int D>
+[[gnu::always_inline]] inline PackMat<D> with_volume_of_cell(PackMat<D> change, Pack mean)
 {
+    Pack const own = determinant(change), one = all(1);
+    PackMask const usable = (own > all(0)) & (mean > all(0));
+    Pack const by = either(usable, mean / own, one);
+    Pack scale;
+    if constexpr (D == 2)
+        scale = sluice::packs::root(by);
+    else
+        for (int lane = 0; lane < 4; ++lane) scale[lane] = std::cbrt(by[lane]);
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) change(a, b) *= scale;
+    return change;
+}
+
+//! v* = L x(n) = L (I + dt L)^-1 x(n+1); of a loose point the turn alone.
+template <int D, bool gaps>
+[[gnu::always_inline]] inline void carry_slope(PackedPoints<D>& p, std::size_t k, double dt)
+{
+    using C = PackedColumns<D>;
+    PackMat<D> const slope = p.matrix_at(C::slope, k), moved = one_plus(slope, all(dt)), back = adjugate(moved);
+    PackMat<D> now = product(slope, back);
+    Pack const over = all(1) / determinant(moved, back);
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) now(a, b) *= over;
+    if constexpr (gaps) {
+        PackMask const is_loose = p.at(C::gap, k) > all(loose<D>);
+        for (int a = 0; a < D; ++a)
+            for (int b = 0; b <= a; ++b) {
+                Pack const turn = all(0.5) * (now(a, b) - now(b, a));
+                now(a, b) = either(is_loose, turn, now(a, b));
+                now(b, a) = either(is_loose, -turn, now(b, a));
+            }
+    }
+    p.set(C::slope, k, now);
+}
+
+//! Strain and turn of the step about its middle (Increment in tensor.hpp), then the law.
+template <int D, bool affine, bool shared, class Law>
+Deformed deform(PackedPoints<D>& p, Range points, double dt, Law const& law, Planes<D> const& nodes)
+{
+    using C = PackedColumns<D>;
     Pack work{}, plastic{}, fastest{};
     PackMask upright = all(0) == all(0);
-    Pack const one = all(1), half = all(0.5);
-    double const shear = law.elasticity.shear();
-    Pack const lame = all(law.elasticity.lame()), twice = all(2 * shear), bulk = all(law.elasticity.bulk());
-    Pack const wave = all(law.elasticity.wave());
-    for (std::size_t k = begin; k < end; k += 4) {
-        auto const at = [&](P::Column c) { return p[c] + k; };
-        Pack xx = one + load(at(P::gxx)), xy = load(at(P::gxy)), yx = load(at(P::gyx)), yy = one + load(at(P::gyy));
-        Pack det = xx * yy - xy * yx;
-        if constexpr (shared) {
-            Pack const mean = of_cells(p, k, nodes);
-            PackMask const usable = (det > all(0)) & (mean > all(0));
-            Pack const scale = sluice::packs::root(either(usable, mean / det, one));
-            xx *= scale, xy *= scale, yx *= scale, yy *= scale;
-            det *= scale * scale;
-        }
-        {  // deformation gradient
-            Pack const fxx = load(at(P::fxx)), fxy = load(at(P::fxy)), fyx = load(at(P::fyx)), fyy = load(at(P::fyy));
-            store(at(P::fxx), xx * fxx + xy * fyx), store(at(P::fxy), xx * fxy + xy * fyy);
-            store(at(P::fyx), yx * fxx + yy * fyx), store(at(P::fyy), yx * fxy + yy * fyy);
-        }
-        if constexpr (affine) {  // v* = L x(n) = L (I + dt L)^-1 x(n+1)
-            Pack const t = all(dt);
-            Pack const lxx = load(at(P::lxx)), lxy = load(at(P::lxy)), lyx = load(at(P::lyx)), lyy = load(at(P::lyy));
-            Pack const a = one + t * lxx, b = t * lxy, c = t * lyx, d = one + t * lyy, over = one / (a * d - b * c);
-            Pack nxx = over * (lxx * d - lxy * c), nxy = over * (lxy * a - lxx * b);
-            Pack nyx = over * (lyx * d - lyy * c), nyy = over * (lyy * a - lyx * b);
-            if constexpr (Law::gaps) {
-                PackMask const is_loose = load(at(P::gap)) > all(loose<2>);
-                Pack const turn = half * (nxy - nyx);
-                nxx = either(is_loose, Pack{}, nxx), nyy = either(is_loose, Pack{}, nyy);
-                nxy = either(is_loose, turn, nxy), nyx = either(is_loose, -turn, nyx);
-            }
-            store(at(P::lxx), nxx), store(at(P::lxy), nxy), store(at(P::lyx), nyx), store(at(P::lyy), nyy);
-        }
-        Pack const before = load(at(P::ratio)), ratio = before * det;
+    Pack const half = all(0.5);
+    Pack const lame = all(law.elasticity.lame()), twice = all(2 * law.elasticity.shear());
+    Pack const bulk = all(law.elasticity.bulk()), wave = all(law.elasticity.wave());
+    for (std::size_t k = points.begin; k < points.end; k += 4) {
+        PackMat<D> change = one_plus(p.matrix_at(C::change, k), all(1));
+        if constexpr (shared) change = with_volume_of_cell(change, of_cells(p, k, nodes));
+        p.set(C::gradient, k, product(change, p.matrix_at(C::gradient, k)));
+        if constexpr (affine) carry_slope<D, Law::gaps>(p, k, dt);
+        Pack const before = p.at(C::ratio, k), ratio = before * determinant(change);
         upright &= (ratio > all(0)) & (ratio < all(HUGE_VAL));
-        store(at(P::ratio), ratio);
+        p.set(C::ratio, k, ratio);
         // G = 2 (dF - I)(dF + I)^-1
-        Pack const a = xx + one, d = yy + one, over = all(2) / (a * d - xy * yx);
-        Pack const gxx = over * ((xx - one) * d - xy * yx), gyy = over * ((yy - one) * a - xy * yx);
-        Pack const gxy = over * (xy * a - (xx - one) * xy), gyx = over * (yx * d - (yy - one) * yx);
-        Pack const shearing = half * (gxy + gyx), spin = all(0.25) * (gxy - gyx), volumetric = gxx + gyy;
-        Pack const norm = one / (one + spin * spin);
-        Pack const cosine = (one - spin * spin) * norm, sine = all(2) * spin * norm;
-        Pack const cos2 = cosine * cosine - sine * sine, sin2 = all(2) * cosine * sine;
-        // the old stress, turned
-        PackStress s{load(at(P::sxx)), load(at(P::syy)), load(at(P::szz)), load(at(P::sxy))};
-        Pack const trace = s.xx + s.yy + s.zz;
-        Pack const mean = half * (s.xx + s.yy), difference = half * (s.xx - s.yy);
-        Pack const turned = cos2 * difference + sin2 * s.xy;
-        s.xy = cos2 * s.xy - sin2 * difference;
-        s.xx = mean + turned, s.yy = mean - turned;
-        PackStress const old = s;
+        PackMat<D> sum = change, g = change;
+        for (int a = 0; a < D; ++a) sum(a, a) += all(1), g(a, a) -= all(1);
+        PackMat<D> const back = adjugate(sum);
+        Pack const over = all(2) / determinant(sum, back);
+        g = product(g, back);
+        for (int a = 0; a < D; ++a)
+            for (int b = 0; b < D; ++b) g(a, b) *= over;
+        PackStress<D> s = p.stress_at(k);
+        Pack const trace = s.trace();
+        turn(s, g);
+        PackStress<D> const old = s;
+        Pack volumetric = g(0, 0);
+        for (int a = 1; a < D; ++a) volumetric += g(a, a);
         Pack pressing = lame * volumetric, relieved{}, gap{}, strain{};
         if constexpr (Law::gaps) {
-            gap = load(at(P::gap)), strain = load(at(P::strain));
+            gap = p.at(C::gap, k), strain = p.at(C::strain, k);
             Pack const closing = sluice::packs::smaller(gap, -volumetric);
             PackMask const closes = (closing > all(0)) & (trace <= all(1e-13 * law.elasticity.youngs_modulus));
             Pack const closed = either(closes, closing, all(0));
@@ -82,19 +94,26 @@ Deformed deform(PackedPoints& p, std::size_t begin, std::size_t end, double dt, 
             pressing += bulk * closed;
             relieved = all(-1.0 / 3) * closed;
         }
-        s.xx += pressing + twice * gxx, s.yy += pressing + twice * gyy, s.zz += pressing;
-        s.xy += twice * shearing;
+        for (int a = 0; a < 3; ++a) s(a, a) += pressing;
+        for (int a = 0; a < D; ++a) {
+            s(a, a) += twice * g(a, a);
+            for (int b = a + 1; b < D; ++b) s(a, b) += twice * half * (g(a, b) + g(b, a));
+        }
         Pack const lost = law.respond(s, relieved, strain, gap);
-        store(at(P::sxx), s.xx), store(at(P::syy), s.yy), store(at(P::szz), s.zz), store(at(P::sxy), s.xy);
-        if constexpr (Law::gaps) store(at(P::gap), gap), store(at(P::strain), strain);
-        Pack const volume = load(at(P::volume));
+        p.set(k, s);
+        if constexpr (Law::gaps) p.set(C::gap, k, gap), p.set(C::strain, k, strain);
+        Pack const volume = p.at(C::volume, k);
         plastic += volume * ratio * lost;
-        work += volume * (before + ratio) *
-                ((old.xx + s.xx) * gxx + (old.yy + s.yy) * gyy + all(2) * (old.xy + s.xy) * shearing);
-        Pack const vx = load(at(P::vx)), vy = load(at(P::vy));
+        Pack power{};
+        for (int a = 0; a < D; ++a) {
+            power += (old(a, a) + s(a, a)) * g(a, a);
+            for (int b = a + 1; b < D; ++b) power += (old(a, b) + s(a, b)) * (g(a, b) + g(b, a));
+        }
+        work += volume * (before + ratio) * power;
+        PackVec<D> const v = p.vector_at(C::velocity, k);
         // fillers have no mass: not a number, which is not larger
         Pack const speed =
-            sluice::packs::root(wave * (volume * ratio) / load(at(P::mass))) + sluice::packs::root(vx * vx + vy * vy);
+            sluice::packs::root(wave * (volume * ratio) / p.at(C::mass, k)) + sluice::packs::root(dot(v, v));
         fastest = sluice::packs::larger(speed, fastest);
     }
     double speed = 0;

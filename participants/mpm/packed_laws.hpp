@@ -1,28 +1,21 @@
 #pragma once
 
-#include <numbers>
-
-#include "coupler/base/pack.hpp"
 #include "participants/mpm/laws.hpp"
+#include "participants/mpm/packed_tensor.hpp"
 
-//! The laws of laws.hpp for four points of the plane at a time.
+//! The laws of laws.hpp for four points at a time.
 namespace mpm {
-
-using sluice::packs::bits;
-using sluice::packs::either;
-
-//! Stress of four points; zz: across the plane.
-struct PackStress
-{
-    Pack xx, yy, zz, xy;
-};
 
 struct PackedElastic
 {
     explicit PackedElastic(LinearElastic const& law) : elasticity(law.elasticity) {}
 
     //! Of the trial makes the stress. Returns what it dissipated [J/m3].
-    Pack respond(PackStress&, Pack /*pressure relieved*/, Pack& /*strain*/, Pack& /*gap*/) const { return Pack{}; }
+    template <int D>
+    Pack respond(PackStress<D>&, Pack /*pressure relieved*/, Pack& /*strain*/, Pack& /*gap*/) const
+    {
+        return Pack{};
+    }
     static constexpr bool gaps = false;
     Elasticity elasticity;
 };
@@ -48,30 +41,20 @@ class PackedMohrCoulomb
     }
 
     static constexpr bool gaps = true;
-    Pack respond(PackStress& s, Pack relieved, Pack& strain, Pack& gap) const
+    template <int D>
+    Pack respond(PackStress<D>& s, Pack relieved, Pack& strain, Pack& gap) const
     {
-        using sluice::packs::larger, sluice::packs::smaller;
-        Pack const mean = all(0.5) * (s.xx + s.yy), half = all(0.5) * (s.xx - s.yy);
-        Pack const radius = sluice::packs::root(madd(half, half, s.xy * s.xy));
-        Pack const p1 = mean + radius, p3 = mean - radius;
-        Pack const s1 = larger(p1, s.zz), s3 = smaller(p3, s.zz), s2 = larger(smaller(p1, s.zz), p3);
+        using sluice::packs::larger;
+        PackPrincipal<D> const trial(s);
+        Pack const s1 = trial.s1, s2 = trial.s2, s3 = trial.s3;
         Pack const tolerance = all(1e-13 * (1 + elasticity.bulk() / elasticity.shear())) *
                                (larger(larger(s1, -s1), larger(s3, -s3)) + all(limit_));
         Pack const excess = all(up_) * s1 - all(down_) * s3 - all(limit_);
         PackMask const yields = (excess > tolerance) | (s1 - all(tip_) > tolerance);
-        Pack lost = relieved * (s.xx + s.yy + s.zz);
+        Pack const lost = relieved * s.trace();
         if (!bits(yields)) return lost;
-        Principals out = back(s1, s2, s3, excess, tolerance, yields, gap);
-        // to the axes they came from
-        PackMask const highest = s.zz >= p1, lowest = ~highest & (s.zz <= p3);
-        Pack const in1 = either(highest, out.s2, out.s1), in3 = either(lowest, out.s2, out.s3);
-        Pack const zz = either(highest, out.s1, either(lowest, out.s3, out.s2));
-        Pack const share = either(radius > all(0), all(0.5) * (in1 - in3) / radius, all(0));
-        Pack const new_mean = all(0.5) * (in1 + in3);
-        s.xx = either(yields, madd(share, half, new_mean), s.xx);
-        s.yy = either(yields, new_mean - share * half, s.yy);
-        s.zz = either(yields, zz, s.zz);
-        s.xy = either(yields, share * s.xy, s.xy);
+        Principals const out = back(s1, s2, s3, excess, tolerance, yields, gap);
+        trial.set(s, out.s1, out.s2, out.s3, yields);
         Pack const d1 = s1 - out.s1, d2 = s2 - out.s2, d3 = s3 - out.s3, d = all(1.0 / 3) * (d1 + d2 + d3);
         double const per_shear = 1 / (2 * elasticity.shear());
         Pack const e1 = all(per_shear) * (d1 - d), e2 = all(per_shear) * (d2 - d), e3 = all(per_shear) * (d3 - d);

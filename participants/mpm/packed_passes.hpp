@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 
 #include "participants/mpm/field.hpp"
 #include "participants/mpm/packed_points.hpp"
@@ -9,109 +10,147 @@
 //! The loops of PackedStep over the points of one chunk.
 namespace mpm::packed {
 
-//! Planes of a chunk's box: what its points give.
-enum Given : std::size_t
+//! Planes of a chunk's box: what its points give. The nodes have the same first, and then more (PackedNodes).
+template <int D>
+struct Given
 {
-    g_mass,
-    g_px,
-    g_py,
-    g_fx,
-    g_fy,
-    g_qx,  //!< momentum again, of the new velocities
-    g_qy,
-    g_volume,  //!< cells, at their lower left node
-    g_value,
-    given
+    enum : std::size_t
+    {
+        mass = 0,
+        momentum,
+        force = momentum + D,
+        again = force + D,   //!< momentum again, of the new velocities; before that: loads
+        volume = again + D,  //!< cells, at their lowest node
+        value,
+        count
+    };
+};
+template <int D>
+struct Taken : Given<D>
+{
+    enum : std::size_t
+    {
+        velocity = Given<D>::count,  //!< after forces and walls
+        change = velocity + D,       //!< of it
+        before = change + D,         //!< velocity before
+        strain = before + D,         //!< velocity of which strain is the gradient
+        mean = strain + D,           //!< of a cell
+        count
+    };
 };
 
-//! Planes of the nodes.
-enum Taken : std::size_t
+//! Points from one on to another, whole packs.
+struct Range
 {
-    n_mass,
-    n_px,
-    n_py,
-    n_fx,
-    n_fy,
-    n_qx,
-    n_qy,
-    n_volume,
-    n_value,
-    n_vx,  //!< velocity after forces and walls
-    n_vy,
-    n_dx,  //!< its change
-    n_dy,
-    n_bx,  //!< velocity before
-    n_by,
-    n_ux,  //!< of which strain is the gradient
-    n_uy,
-    n_mean,
-    taken
+    std::size_t begin = 0, end = 0;
 };
 
-using P = PackedPoints;
-
+template <int D>
+[[gnu::always_inline]] inline FourIndices cells_of(PackedPoints<D> const& p, std::size_t k, Planes<D> const& box)
+{
+    PackVec<D> cell = p.vector_at(PackedColumns<D>::cell, k);
+    for (int a = 0; a < D; ++a) cell[a] = sluice::packs::below(cell[a]);
+    return box.at(cell);
+}
 //! Volume and volume x value of the cells.
-inline void add_to_cells(PackedPoints const& p, std::size_t k, Pack volume, Pack value, Planes const& box)
+template <int D>
+[[gnu::always_inline]] inline void add_to_cells(PackedPoints<D> const& p, std::size_t k, Pack volume, Pack value,
+                                                Planes<D> const& box)
 {
-    FourIndices const at = box.at(sluice::packs::below(load(p[P::cx] + k)), sluice::packs::below(load(p[P::cy] + k)));
+    FourIndices const at = cells_of(p, k, box);
     Pack const product = volume * value;
     for (int lane = 0; lane < 4; ++lane) {
-        box[g_volume][at[lane]] += volume[lane];
-        box[g_value][at[lane]] += product[lane];
+        box[Given<D>::volume][at[lane]] += volume[lane];
+        box[Given<D>::value][at[lane]] += product[lane];
     }
 }
-inline Pack of_cells(PackedPoints const& p, std::size_t k, Planes const& nodes)
+template <int D>
+[[gnu::always_inline]] inline Pack of_cells(PackedPoints<D> const& p, std::size_t k, Planes<D> const& nodes)
 {
-    FourIndices const at = nodes.at(sluice::packs::below(load(p[P::cx] + k)), sluice::packs::below(load(p[P::cy] + k)));
-    double const* const mean = nodes[n_mean];
+    FourIndices const at = cells_of(p, k, nodes);
+    double const* const mean = nodes[Taken<D>::mean];
     return Pack{mean[at[0]], mean[at[1]], mean[at[2]], mean[at[3]]};
 }
-
-inline void mean_stress_to_cells(PackedPoints const& p, std::size_t begin, std::size_t end, Planes const& box)
+template <int D>
+[[gnu::always_inline]] inline Pack volume_now(PackedPoints<D> const& p, std::size_t k)
 {
-    for (std::size_t k = begin; k < end; k += 4)
-        add_to_cells(p, k, load(p[P::volume] + k) * load(p[P::ratio] + k),
-                     all(0.5) * (load(p[P::sxx] + k) + load(p[P::syy] + k)), box);
+    return p.at(PackedColumns<D>::volume, k) * p.at(PackedColumns<D>::ratio, k);
+}
+//! Of the D x D part.
+template <int D>
+[[gnu::always_inline]] inline Pack mean_of(PackStress<D> const& s)
+{
+    Pack sum = s(0, 0);
+    for (int a = 1; a < D; ++a) sum += s(a, a);
+    return all(1.0 / D) * sum;
+}
+
+template <int D>
+void mean_stress_to_cells(PackedPoints<D> const& p, Range points, Planes<D> const& box)
+{
+    for (std::size_t k = points.begin; k < points.end; k += 4)
+        add_to_cells(p, k, volume_now(p, k), mean_of(p.stress_at(k)), box);
+}
+
+//! In m/s a cell.
+template <int D>
+[[gnu::always_inline]] inline PackMat<D> slope_in_cells(PackedPoints<D> const& p, std::size_t k, double cell)
+{
+    PackMat<D> slope = p.matrix_at(PackedColumns<D>::slope, k);
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) slope(a, b) *= all(cell);
+    return slope;
 }
 
 //! Returns the kinetic energy of the points.
-template <bool affine, bool shared>
-double to_grid(PackedPoints const& p, std::size_t begin, std::size_t end, double half_width, double cell,
-               Planes const& box, Planes const& nodes)
+template <int D, bool affine, bool shared>
+double to_grid(PackedPoints<D> const& p, Range points, double half_width, double cell, Planes<D> const& box,
+               Planes<D> const& nodes)
 {
+    using C = PackedColumns<D>;
+    using G = Given<D>;
+    constexpr int rows = rows_of_nodes<D>;
     Pack kinetic{};
-    auto const stride = static_cast<std::size_t>(box.stride);
-    for (std::size_t k = begin; k < end; k += 4) {
-        AxisWeights const ax(load(p[P::cx] + k), half_width), ay(load(p[P::cy] + k), half_width);
-        FourRows const rows(ax);
-        Pack const mass = load(p[P::mass] + k), vx = load(p[P::vx] + k), vy = load(p[P::vy] + k);
-        kinetic = madd(mass, madd(vx, vx, vy * vy), kinetic);
-        Momentum<affine> momentum(ax, ay, mass, vx, vy, load(p[P::lxx] + k), load(p[P::lxy] + k), load(p[P::lyx] + k),
-                                  load(p[P::lyy] + k), cell);
-        Pack sxx = load(p[P::sxx] + k), syy = load(p[P::syy] + k);
+    auto const offset = box.rows();
+    for (std::size_t k = points.begin; k < points.end; k += 4) {
+        Weights<D> const weights(p.vector_at(C::cell, k), half_width);
+        Pack const mass = p.at(C::mass, k);
+        PackVec<D> const velocity = p.vector_at(C::velocity, k);
+        kinetic = madd(mass, dot(velocity, velocity), kinetic);
+        PackMat<D> slope;
+        if constexpr (affine) slope = slope_in_cells(p, k, cell);
+        Momentum<D, affine> const momentum(weights, mass, velocity, slope);
+        PackStress<D> s = p.stress_at(k);
         if constexpr (shared) {
-            Pack const shift = of_cells(p, k, nodes) - all(0.5) * (sxx + syy);
-            sxx += shift, syy += shift;
+            Pack const shift = of_cells(p, k, nodes) - mean_of(s);
+            for (int a = 0; a < D; ++a) s(a, a) += shift;
         }
-        Pack const pull = all(-1 / cell) * load(p[P::volume] + k) * load(p[P::ratio] + k);
-        sxx *= pull, syy *= pull;
-        Pack const sxy = pull * load(p[P::sxy] + k);
-        Pack m[3], xx[3], xy[3], yx[3], yy[3];
-        for (int j = 0; j < 3; ++j) {
-            m[j] = mass * ay.w[j];
-            xx[j] = sxx * ay.w[j], xy[j] = sxy * ay.s[j];
-            yx[j] = sxy * ay.w[j], yy[j] = syy * ay.s[j];
-        }
-        FourIndices const at = box.at(ax.first, ay.first);
+        Pack const pull = all(-1 / cell) * volume_now(p, k);
+        Pack m[rows], along[D][rows], across[D][rows];
+        for (int r = 0; r < rows; ++r) m[r] = mass * weights.across[r];
+        for (int a = 0; a < D; ++a)
+            for (int r = 0; r < rows; ++r) {
+                along[a][r] = pull * s(0, a) * weights.across[r];
+                Pack sum = pull * s(std::min(a, 1), std::max(a, 1)) * weights.slope[0][r];
+                if constexpr (D == 3) sum = madd(pull * s(std::min(a, 2), 2), weights.slope[1][r], sum);
+                across[a][r] = sum;
+            }
+        FourIndices const at = box.at(weights.first());
         for (int lane = 0; lane < 4; ++lane) {
-            double* to = box.data + at[lane];
-            Pack const w = rows.w[lane], s = rows.s[lane];
-            momentum.add(lane, w, to + g_px * box.plane, to + g_py * box.plane, stride);
-            for (int j = 0; j < 3; ++j, to += stride) {
-                store(to, madd(w, all(m[j][lane]), load(to)));
-                double *fx = to + g_fx * box.plane, *fy = to + g_fy * box.plane;
-                store(fx, madd(s, all(xx[j][lane]), madd(w, all(xy[j][lane]), load(fx))));
-                store(fy, madd(s, all(yx[j][lane]), madd(w, all(yy[j][lane]), load(fy))));
+            double* const to = box.data + at[lane];
+            Pack const w = weights.w[lane], slope_x = weights.s[lane];
+            for (int r = 0; r < rows; ++r) {
+                double* const there = to + offset[static_cast<std::size_t>(r)];
+                store(there, madd(w, all(m[r][lane]), load(there)));
+            }
+            momentum.add(lane, w, to + G::momentum * box.plane, box.plane, offset);
+            for (int a = 0; a < D; ++a) {
+                double* const plane = to + (G::force + static_cast<std::size_t>(a)) * box.plane;
+                for (int r = 0; r < rows; ++r) {
+                    double* const there = plane + offset[static_cast<std::size_t>(r)];
+                    Pack const sum = madd(w, all(across[a][r][lane]), load(there));
+                    store(there, madd(slope_x, all(along[a][r][lane]), sum));
+                }
             }
         }
     }
@@ -119,119 +158,119 @@ double to_grid(PackedPoints const& p, std::size_t begin, std::size_t end, double
 }
 
 //! Forces on the points, one for each in the order of the state, on the planes of a momentum.
-inline void loads_to_grid(PackedPoints const& p, std::span<Vec<2> const> loads, std::size_t begin, std::size_t end,
-                          double half_width, double cell, Planes const& box)
+template <int D>
+void loads_to_grid(PackedPoints<D> const& p, std::span<Vec<D> const> loads, Range points, double half_width,
+                   Planes<D> const& box)
 {
-    for (std::size_t k = begin; k < end; k += 4) {
-        AxisWeights const ax(load(p[P::cx] + k), half_width), ay(load(p[P::cy] + k), half_width);
-        FourRows const rows(ax);
-        Pack x{}, y{};
-        for (std::size_t lane = 0; lane < 4 && k + lane < p.size(); ++lane) {
-            Vec<2> const& force = loads[static_cast<std::size_t>(p.order()[k + lane])];
-            x[lane] = force[0], y[lane] = force[1];
-        }
-        Momentum<false> const given(ax, ay, all(1), x, y, Pack{}, Pack{}, Pack{}, Pack{}, cell);
-        FourIndices const to = box.at(ax.first, ay.first);
+    auto const offset = box.rows();
+    for (std::size_t k = points.begin; k < points.end; k += 4) {
+        Weights<D> const weights(p.vector_at(PackedColumns<D>::cell, k), half_width);
+        PackVec<D> force;
+        for (std::size_t lane = 0; lane < 4 && k + lane < p.size(); ++lane)
+            for (int a = 0; a < D; ++a) force[a][lane] = loads[static_cast<std::size_t>(p.order()[k + lane])][a];
+        Momentum<D, false> const given(weights, all(1), force, {});
+        FourIndices const to = box.at(weights.first());
         for (int lane = 0; lane < 4; ++lane)
-            given.add(lane, rows.w[lane], box[g_qx] + to[lane], box[g_qy] + to[lane],
-                      static_cast<std::size_t>(box.stride));
+            given.add(lane, weights.w[lane], box[Given<D>::again] + to[lane], box.plane, offset);
     }
 }
 
 //! What a step makes of the points of a chunk.
 struct Moved
 {
-    double kinetic = 0, field = 0;  //!< energy, work [J/m]
+    double kinetic = 0, field = 0;  //!< energy, work [J]; plane: per metre
     bool inside = true;
 };
 
-//! The box in which points may be [m].
-struct Room
+//! `room`: lowest and highest corner of where points may be [m].
+template <int D, bool affine, bool musl, bool turning>
+Moved to_points(PackedPoints<D>& p, Range points, Setup<D> const& setup, Field<D> const& field, double half_width,
+                double dt, std::pair<Vec<D>, Vec<D>> const& room, Planes<D> const& box, Planes<D> const& nodes)
 {
-    double low[2], high[2];
-};
-
-template <bool affine, bool musl, bool turning>
-Moved to_points(PackedPoints& p, std::size_t begin, std::size_t end, Setup<2> const& setup, Field<2> const& field,
-                double half_width, double dt, Room const& room, Planes const& box, Planes const& nodes)
-{
+    using C = PackedColumns<D>;
+    using T = Taken<D>;
     Pack kinetic{}, fallen{};
     PackMask inside = all(0) == all(0);
-    double const cell = setup.cell;
-    auto const stride = static_cast<std::size_t>(nodes.stride), box_stride = static_cast<std::size_t>(box.stride);
-    Pack const flip = all(setup.flip), pic = all(1 - setup.flip), per_cell = all(1 / cell), step = all(dt);
-    for (std::size_t k = begin; k < end; k += 4) {
-        AxisWeights const ax(load(p[P::cx] + k), half_width), ay(load(p[P::cy] + k), half_width);
-        FourRows const rows(ax);
-        FourIndices const at = nodes.at(ax.first, ay.first);
+    auto const offset = nodes.rows(), box_offset = box.rows();
+    Pack const flip = all(setup.flip), pic = all(1 - setup.flip), step = all(dt);
+    for (std::size_t k = points.begin; k < points.end; k += 4) {
+        Weights<D> const weights(p.vector_at(C::cell, k), half_width);
+        FourIndices const at = nodes.at(weights.first());
         constexpr bool slopes = affine || !musl;
-        Gathered const x = gather<true, slopes>(nodes[n_vx], at, stride, rows, ay);
-        Gathered const y = gather<true, slopes>(nodes[n_vy], at, stride, rows, ay);
-        Pack const dx = gather<true, false>(nodes[n_dx], at, stride, rows, ay).value;
-        Pack const dy = gather<true, false>(nodes[n_dy], at, stride, rows, ay).value;
-        Pack own_x = load(p[P::vx] + k), own_y = load(p[P::vy] + k);
+        PackVec<D> carried, velocity = p.vector_at(C::velocity, k);
+        PackMat<D> slope;
         if constexpr (turning) {
-            Pack const c = all(field.turn()(0, 0)), s = all(field.turn()(1, 0)), was_x = own_x;
-            own_x = c * was_x - s * own_y, own_y = s * was_x + c * own_y;
+            PackVec<D> const was = velocity;
+            for (int a = 0; a < D; ++a) {
+                velocity[a] = all(field.turn()(a, 0)) * was[0];
+                for (int b = 1; b < D; ++b) velocity[a] += all(field.turn()(a, b)) * was[b];
+            }
         }
-        Pack const vx = flip * (own_x + dx) + pic * x.value, vy = flip * (own_y + dy) + pic * y.value;
-        Pack const mass = load(p[P::mass] + k);
-        store(p[P::vx] + k, vx), store(p[P::vy] + k, vy);
-        kinetic = madd(mass, madd(vx, vx, vy * vy), kinetic);
-        Pack const px = load(p[P::x] + k) + step * x.value, py = load(p[P::y] + k) + step * y.value;
-        Pack fall_x = all(setup.gravity[0]), fall_y = all(setup.gravity[1]);
-        if constexpr (turning) {  // of the middle of the way
-            Pack const rx = px - all(0.5) * step * x.value - all(field.axis()[0]);
-            Pack const ry = py - all(0.5) * step * y.value - all(field.axis()[1]);
-            fall_x += all(field.pull()(0, 0)) * rx + all(field.pull()(0, 1)) * ry;
-            fall_y += all(field.pull()(1, 0)) * rx + all(field.pull()(1, 1)) * ry;
+        for (int a = 0; a < D; ++a) {
+            auto const plane = static_cast<std::size_t>(a);
+            auto const v = gather<D, true, slopes>(nodes[T::velocity + plane], at, offset, weights);
+            Pack const change = gather<D, true, false>(nodes[T::change + plane], at, offset, weights).value;
+            carried[a] = v.value;
+            velocity[a] = flip * (velocity[a] + change) + pic * v.value;
+            if constexpr (slopes)
+                for (int b = 0; b < D; ++b) slope(a, b) = v.slope[b];
         }
-        fallen = madd(mass * step, madd(fall_x, x.value, fall_y * y.value), fallen);
-        store(p[P::x] + k, px), store(p[P::y] + k, py);
-        inside &=
-            (px >= all(room.low[0])) & (px <= all(room.high[0])) & (py >= all(room.low[1])) & (py <= all(room.high[1]));
-        Pack lxx{}, lxy{}, lyx{}, lyy{};
+        Pack const mass = p.at(C::mass, k);
+        p.set(C::velocity, k, velocity);
+        kinetic = madd(mass, dot(velocity, velocity), kinetic);
+        PackVec<D> place = p.vector_at(C::place, k), fall;
+        for (int a = 0; a < D; ++a) {
+            place[a] += step * carried[a];
+            fall[a] = all(setup.gravity[a]);
+            inside &= (place[a] >= all(room.first[a])) & (place[a] <= all(room.second[a]));
+        }
+        if constexpr (turning)  // of the middle of the way
+            for (int b = 0; b < D; ++b) {
+                Pack const arm = place[b] - all(0.5) * step * carried[b] - all(field.axis()[b]);
+                for (int a = 0; a < D; ++a) fall[a] += all(field.pull()(a, b)) * arm;
+            }
+        fallen = madd(mass * step, dot(fall, carried), fallen);
+        p.set(C::place, k, place);
         if constexpr (slopes) {
-            lxx = x.along_x * per_cell, lxy = x.along_y * per_cell;
-            lyx = y.along_x * per_cell, lyy = y.along_y * per_cell;
-            store(p[P::lxx] + k, lxx), store(p[P::lxy] + k, lxy);
-            store(p[P::lyx] + k, lyx), store(p[P::lyy] + k, lyy);
+            PackMat<D> gradient;
+            for (int a = 0; a < D; ++a)
+                for (int b = 0; b < D; ++b) gradient(a, b) = slope(a, b) * all(1 / setup.cell);
+            p.set(C::slope, k, gradient);
         }
         if constexpr (musl) {
-            Momentum<affine> const momentum(ax, ay, mass, vx, vy, lxx, lxy, lyx, lyy, cell);
-            FourIndices const to = box.at(ax.first, ay.first);
+            Momentum<D, affine> const momentum(weights, mass, velocity, slope);
+            FourIndices const to = box.at(weights.first());
             for (int lane = 0; lane < 4; ++lane)
-                momentum.add(lane, rows.w[lane], box[g_qx] + to[lane], box[g_qy] + to[lane], box_stride);
+                momentum.add(lane, weights.w[lane], box[Given<D>::again] + to[lane], box.plane, box_offset);
         }
     }
     return {0.5 * sluice::packs::sum(kinetic), sluice::packs::sum(fallen), sluice::packs::bits(inside) == 15U};
 }
 
 //! The increment of the deformation gradient, from the nodes' velocities or from the gradients that points have.
-template <bool gathered, bool shared>
-void gradients(PackedPoints& p, std::size_t begin, std::size_t end, Setup<2> const& setup, double half_width, double dt,
-               Planes const& box, Planes const& nodes)
+template <int D, bool gathered, bool shared>
+void gradients(PackedPoints<D>& p, Range points, Setup<D> const& setup, double half_width, double dt,
+               Planes<D> const& box, Planes<D> const& nodes)
 {
-    auto const stride = static_cast<std::size_t>(nodes.stride);
-    for (std::size_t k = begin; k < end; k += 4) {
-        Pack xx, xy, yx, yy;
+    using C = PackedColumns<D>;
+    auto const offset = nodes.rows();
+    for (std::size_t k = points.begin; k < points.end; k += 4) {
+        PackMat<D> change;
         if constexpr (gathered) {
-            AxisWeights const ax(load(p[P::cx] + k), half_width), ay(load(p[P::cy] + k), half_width);
-            FourRows const rows(ax);
-            FourIndices const at = nodes.at(ax.first, ay.first);
-            Gathered const x = gather<false, true>(nodes[n_ux], at, stride, rows, ay);
-            Gathered const y = gather<false, true>(nodes[n_uy], at, stride, rows, ay);
-            Pack const step = all(dt / setup.cell);
-            xx = step * x.along_x, xy = step * x.along_y, yx = step * y.along_x, yy = step * y.along_y;
+            Weights<D> const weights(p.vector_at(C::cell, k), half_width);
+            FourIndices const at = nodes.at(weights.first());
+            for (int a = 0; a < D; ++a) {
+                auto const plane = Taken<D>::strain + static_cast<std::size_t>(a);
+                auto const u = gather<D, false, true>(nodes[plane], at, offset, weights);
+                for (int b = 0; b < D; ++b) change(a, b) = all(dt / setup.cell) * u.slope[b];
+            }
         } else {
-            Pack const step = all(dt);
-            xx = step * load(p[P::lxx] + k), xy = step * load(p[P::lxy] + k);
-            yx = step * load(p[P::lyx] + k), yy = step * load(p[P::lyy] + k);
+            change = p.matrix_at(C::slope, k);
+            for (int a = 0; a < D; ++a)
+                for (int b = 0; b < D; ++b) change(a, b) *= all(dt);
         }
-        store(p[P::gxx] + k, xx), store(p[P::gxy] + k, xy), store(p[P::gyx] + k, yx), store(p[P::gyy] + k, yy);
-        if constexpr (shared)
-            add_to_cells(p, k, load(p[P::volume] + k) * load(p[P::ratio] + k), (all(1) + xx) * (all(1) + yy) - xy * yx,
-                         box);
+        p.set(C::change, k, change);
+        if constexpr (shared) add_to_cells(p, k, volume_now(p, k), determinant(one_plus(change, all(1))), box);
     }
 }
 

@@ -1,30 +1,35 @@
 #include "participants/mpm/packed_points.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 namespace mpm {
 namespace {
 
 //! each(column, where it lies in a point)
-template <class P, class Each>
+template <int D, class P, class Each>
 void each_number(P& p, Each&& each)
 {
-    using C = PackedPoints;
+    using C = PackedColumns<D>;
     auto& m = p.matter;
-    each(C::x, p.place[0]), each(C::y, p.place[1]);
-    each(C::vx, p.velocity[0]), each(C::vy, p.velocity[1]);
-    each(C::lxx, p.slope(0, 0)), each(C::lxy, p.slope(0, 1)), each(C::lyx, p.slope(1, 0)), each(C::lyy, p.slope(1, 1));
+    for (int a = 0; a < D; ++a) {
+        auto const k = static_cast<std::size_t>(a);
+        each(C::place + k, p.place[a]), each(C::velocity + k, p.velocity[a]);
+        for (int b = 0; b < D; ++b) {
+            auto const at = static_cast<std::size_t>(a * D + b);
+            each(C::slope + at, p.slope(a, b)), each(C::gradient + at, m.gradient(a, b));
+        }
+    }
     each(C::mass, p.mass), each(C::volume, p.volume), each(C::ratio, m.ratio);
-    each(C::sxx, m.stress(0, 0)), each(C::syy, m.stress(1, 1)), each(C::szz, m.stress(2, 2));
-    each(C::sxy, m.stress(0, 1));
-    each(C::fxx, m.gradient(0, 0)), each(C::fxy, m.gradient(0, 1));
-    each(C::fyx, m.gradient(1, 0)), each(C::fyy, m.gradient(1, 1));
+    for (int i = 0; i < 3; ++i)
+        for (int j = i; j < std::max(D, i + 1); ++j) each(C::stress + PackStress<D>::at(i, j), m.stress(i, j));
     each(C::strain, m.plastic_strain), each(C::gap, m.gap);
 }
 
 }  // namespace
 
-void PackedPoints::take(State<2> const& state)
+template <int D>
+void PackedPoints<D>::take(State<D> const& state)
 {
     std::size_t const n = state.points.size(), filled = (n + 3) / 4 * 4;
     order_ = state.order;
@@ -34,38 +39,45 @@ void PackedPoints::take(State<2> const& state)
     }
     for (auto& column : column_) column.assign(filled, 0.0);
     for (std::size_t k = 0; k < n; ++k)
-        each_number(state.points[static_cast<std::size_t>(order_[k])],
-                    [&](Column c, double value) { column_[c][k] = value; });
+        each_number<D>(state.points[static_cast<std::size_t>(order_[k])],
+                       [&](std::size_t c, double value) { column_[c][k] = value; });
 }
 
-void PackedPoints::give(State<2>& state, bool slopes) const
+template <int D>
+void PackedPoints<D>::give(State<D>& state, bool slopes) const
 {
     state.order = order_;
     for (std::size_t k = 0; k < order_.size(); ++k) {
-        Point<2>& p = state.points[static_cast<std::size_t>(order_[k])];
-        each_number(p, [&](Column c, double& value) { value = column_[c][k]; });
-        p.matter.stress(1, 0) = p.matter.stress(0, 1);
+        Point<D>& p = state.points[static_cast<std::size_t>(order_[k])];
+        each_number<D>(p, [&](std::size_t c, double& value) { value = column_[c][k]; });
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < i; ++j) p.matter.stress(i, j) = p.matter.stress(j, i);
         if (!slopes) p.slope.setZero();
     }
 }
 
-void PackedPoints::place_fillers()
+template <int D>
+void PackedPoints<D>::place_fillers()
 {
-    for (std::size_t k = size(); k < column_[x].size(); ++k) {
+    for (std::size_t k = size(); k < column_[C::place].size(); ++k) {
         for (auto& column : column_) column[k] = 0;
-        for (Column c : {x, y}) column_[c][k] = column_[c][size() - 1];
-        for (Column c : {ratio, fxx, fyy}) column_[c][k] = 1;
+        for (std::size_t a = 0; a < D; ++a) {
+            column_[C::place + a][k] = column_[C::place + a][size() - 1];
+            column_[C::gradient + a * D + a][k] = 1;
+        }
+        column_[C::ratio][k] = 1;
     }
 }
 
-void PackedPoints::sort(std::span<std::uint32_t const> keys, std::size_t key_count)
+template <int D>
+void PackedPoints<D>::sort(std::span<std::uint32_t const> keys, std::size_t key_count)
 {
     std::vector<std::uint32_t> next(key_count + 1, 0), to(keys.size());
     for (std::uint32_t const key : keys) ++next[key + 1];
     for (std::size_t k = 1; k <= key_count; ++k) next[k] += next[k - 1];
     for (std::size_t k = 0; k < keys.size(); ++k) to[k] = next[keys[k]]++;
-    std::vector<double> sorted(column_[x].size(), 0.0);
-    for (std::size_t c = 0; c < columns_kept; ++c) {
+    std::vector<double> sorted(column_[C::place].size(), 0.0);
+    for (std::size_t c = 0; c < C::kept; ++c) {
         for (std::size_t k = 0; k < to.size(); ++k) sorted[to[k]] = column_[c][k];
         column_[c].swap(sorted);
     }
@@ -73,5 +85,8 @@ void PackedPoints::sort(std::span<std::uint32_t const> keys, std::size_t key_cou
     for (std::size_t k = 0; k < to.size(); ++k) order[to[k]] = order_[k];
     order_.swap(order);
 }
+
+template class PackedPoints<2>;
+template class PackedPoints<3>;
 
 }  // namespace mpm

@@ -6,63 +6,96 @@
 #include <span>
 #include <vector>
 
+#include "participants/mpm/packed_tensor.hpp"
 #include "participants/mpm/state.hpp"
 
 namespace mpm {
 
-//! The points of the plane as columns, in the order of the cells they are in: neighbours in memory meet the same nodes.
-//! Each column is filled up to a whole number of packs; points that only fill it have no mass and no volume.
+//! Which column holds what; a vector or tensor is a run of columns, row by row, a stress as PackStress has it.
+template <int D>
+struct PackedColumns
+{
+    enum : std::size_t
+    {
+        place = 0,                                 // [m]
+        velocity = place + D,                      // [m/s]
+        slope = velocity + D,                      // its gradient [1/s]
+        mass = slope + D * D,                      // [kg]; plane: per metre
+        volume,                                    // at the start [m3]; plane: [m2]
+        ratio,                                     // J [-]
+        stress,                                    // [Pa]
+        gradient = stress + PackStress<D>::count,  // deformation gradient [-]
+        strain = gradient + D * D,                 // plastic [-]
+        gap,                                       // [-]
+        kept,
+        cell = kept,        // place at the start of the step, in cells from node 0
+        change = cell + D,  // increment of the deformation gradient, less the identity [-]
+        count = change + D * D
+    };
+};
+
+//! The points as columns, in the order of the cells they are in: neighbours in memory meet the same nodes. Each column
+//! is filled up to a whole number of packs; points that only fill it have no mass and no volume.
+template <int D>
 class PackedPoints
 {
  public:
-    enum Column : std::size_t
-    {
-        x,
-        y,  // place [m]
-        vx,
-        vy,  // velocity [m/s]
-        lxx,
-        lxy,
-        lyx,
-        lyy,  // its gradient [1/s]
-        mass,
-        volume,  // [kg/m], at the start [m2]
-        ratio,   // J [-]
-        sxx,
-        syy,
-        szz,
-        sxy,  // stress [Pa]
-        fxx,
-        fxy,
-        fyx,
-        fyy,     // deformation gradient [-]
-        strain,  // plastic [-]
-        gap,     // [-]
-        columns_kept,
-        cx = columns_kept,
-        cy,  // place at the start of the step, in cells from node 0
-        gxx,
-        gxy,
-        gyx,
-        gyy,  // increment of the deformation gradient, less the identity [-]
-        columns
-    };
+    using C = PackedColumns<D>;
 
-    void take(State<2> const& state);
+    void take(State<D> const& state);
     //! Back to where they came from. With `slopes`, or zero.
-    void give(State<2>& state, bool slopes) const;
+    void give(State<D>& state, bool slopes) const;
     //! Puts the points in the order of their keys; equal keys keep theirs.
     void sort(std::span<std::uint32_t const> keys, std::size_t key_count);
     //! Points that only fill a pack go where the last one is.
     void place_fillers();
 
-    double* operator[](Column c) { return column_[c].data(); }
-    double const* operator[](Column c) const { return column_[c].data(); }
+    double* operator[](std::size_t column) { return column_[column].data(); }
+    double const* operator[](std::size_t column) const { return column_[column].data(); }
     std::size_t size() const { return order_.size(); }
     std::vector<std::int32_t> const& order() const { return order_; }  //!< index in the state of each
 
+    //! Of the four points from k on.
+    [[gnu::always_inline]] Pack at(std::size_t column, std::size_t k) const { return load(column_[column].data() + k); }
+    [[gnu::always_inline]] void set(std::size_t column, std::size_t k, Pack value)
+    {
+        store(column_[column].data() + k, value);
+    }
+    [[gnu::always_inline]] PackVec<D> vector_at(std::size_t column, std::size_t k) const
+    {
+        PackVec<D> v;
+        for (int a = 0; a < D; ++a) v[a] = at(column + static_cast<std::size_t>(a), k);
+        return v;
+    }
+    [[gnu::always_inline]] PackMat<D> matrix_at(std::size_t column, std::size_t k) const
+    {
+        PackMat<D> m;
+        for (int a = 0; a < D; ++a)
+            for (int b = 0; b < D; ++b) m(a, b) = at(column + static_cast<std::size_t>(a * D + b), k);
+        return m;
+    }
+    [[gnu::always_inline]] PackStress<D> stress_at(std::size_t k) const
+    {
+        PackStress<D> s;
+        for (std::size_t i = 0; i < PackStress<D>::count; ++i) s.part[i] = at(C::stress + i, k);
+        return s;
+    }
+    [[gnu::always_inline]] void set(std::size_t column, std::size_t k, PackVec<D> const& v)
+    {
+        for (int a = 0; a < D; ++a) set(column + static_cast<std::size_t>(a), k, v[a]);
+    }
+    [[gnu::always_inline]] void set(std::size_t column, std::size_t k, PackMat<D> const& m)
+    {
+        for (int a = 0; a < D; ++a)
+            for (int b = 0; b < D; ++b) set(column + static_cast<std::size_t>(a * D + b), k, m(a, b));
+    }
+    [[gnu::always_inline]] void set(std::size_t k, PackStress<D> const& s)
+    {
+        for (std::size_t i = 0; i < PackStress<D>::count; ++i) set(C::stress + i, k, s.part[i]);
+    }
+
  private:
-    std::array<std::vector<double>, columns> column_;
+    std::array<std::vector<double>, C::count> column_;
     std::vector<std::int32_t> order_;
 };
 

@@ -2,42 +2,66 @@
 
 #include <array>
 
-#include "coupler/base/pack.hpp"
+#include "participants/mpm/packed_tensor.hpp"
 
 //! Weights of four points at a time, and what four points give to nodes or take from them: a row of three nodes at
 //! once, in a pack whose fourth lane has no weight.
 namespace mpm {
 
-using sluice::packs::all;
-using sluice::packs::load;
-using sluice::packs::madd;
-using sluice::packs::Pack;
-using sluice::packs::PackMask;
-using sluice::packs::store;
-
 typedef int FourIndices __attribute__((vector_size(16)));
 
+template <int D>
+inline constexpr int rows_of_nodes = D == 2 ? 3 : 9;  //!< of three, that a point reaches
+
 //! Planes of numbers, one a node, over a box of nodes; x fastest. Rows may be read and written three nodes beyond.
+template <int D>
 struct Planes
 {
     double* data = nullptr;
-    std::size_t plane = 0;  //!< from a plane to the next
-    int x0 = 0, y0 = 0;     //!< first node
-    int stride = 0, rows = 0;
+    std::size_t plane = 0;       //!< from a plane to the next
+    std::array<int, D> first{};  //!< node
+    std::array<int, D> count{};  //!< of nodes, each way
 
     double* operator[](std::size_t k) const { return data + k * plane; }
-    std::size_t at(int ix, int iy) const
+    std::size_t nodes() const
     {
-        return static_cast<std::size_t>(iy - y0) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(ix - x0);
+        std::size_t all = 1;
+        for (int const n : count) all *= static_cast<std::size_t>(n);
+        return all;
     }
-    std::array<int, 2> index(std::size_t at) const
+    std::size_t at(std::array<int, D> const& node) const
     {
-        int const n = static_cast<int>(at);
-        return {x0 + n % stride, y0 + n / stride};
+        std::size_t place = 0;
+        for (std::size_t a = D; a-- > 0;)
+            place = place * static_cast<std::size_t>(count[a]) + static_cast<std::size_t>(node[a] - first[a]);
+        return place;
     }
-    FourIndices at(Pack ix, Pack iy) const
+    std::array<int, D> index(std::size_t at) const
     {
-        return __builtin_convertvector(madd(iy - all(y0), all(stride), ix - all(x0)), FourIndices);
+        std::array<int, D> node;
+        for (std::size_t a = 0; a < D; ++a) {
+            auto const n = static_cast<std::size_t>(count[a]);
+            node[a] = first[a] + static_cast<int>(at % n);
+            at /= n;
+        }
+        return node;
+    }
+    FourIndices at(PackVec<D> const& node) const
+    {
+        Pack place = node[D - 1] - all(first[D - 1]);
+        for (int a = D - 2; a >= 0; --a) {
+            auto const k = static_cast<std::size_t>(a);
+            place = madd(place, all(count[k]), node[a] - all(first[k]));
+        }
+        return __builtin_convertvector(place, FourIndices);
+    }
+    //! From the first row of three nodes to the others.
+    std::array<std::size_t, rows_of_nodes<D>> rows() const
+    {
+        auto const stride = static_cast<std::size_t>(count[0]), layer = stride * static_cast<std::size_t>(count[1]);
+        std::array<std::size_t, rows_of_nodes<D>> out;
+        for (std::size_t r = 0; r < out.size(); ++r) out[r] = r % 3 * stride + r / 3 * layer;
+        return out;
     }
 };
 
@@ -48,6 +72,7 @@ struct AxisWeights
     Pack from;   //!< distance from it, 1/2 to 3/2 [cells]
     Pack w[3], s[3];
 
+    AxisWeights() = default;
     AxisWeights(Pack place, double half_width)
     {
         first = sluice::packs::below(place - all(0.5));
@@ -67,88 +92,122 @@ struct AxisWeights
     }
 };
 
-//! Weights along x of each of four points, as rows.
-struct FourRows
+//! Weights of the nodes of four points: along x as rows of three nodes, one pack a point; across x one pack for each of
+//! the rows, one lane a point.
+template <int D>
+struct Weights
 {
-    Pack w[4], s[4];
+    static constexpr int rows = rows_of_nodes<D>;
 
-    explicit FourRows(AxisWeights const& x)
+    AxisWeights axis[D];
+    Pack w[4], s[4];          //!< of each point; slopes along x
+    Pack across[rows];        //!< product of the other axes' weights
+    Pack slope[D - 1][rows];  //!< its derivatives along the other axes
+
+    [[gnu::always_inline]] Weights(PackVec<D> const& place, double half_width)
     {
-        Pack const zero{};
-        w[0] = x.w[0], w[1] = x.w[1], w[2] = x.w[2], w[3] = zero;
-        s[0] = x.s[0], s[1] = x.s[1], s[2] = x.s[2], s[3] = zero;
+        for (int a = 0; a < D; ++a) axis[a] = AxisWeights(place[a], half_width);
+        AxisWeights const& x = axis[0];
+        for (int j = 0; j < 3; ++j) w[j] = x.w[j], s[j] = x.s[j];
+        w[3] = s[3] = Pack{};
         sluice::packs::transpose(w[0], w[1], w[2], w[3]);
         sluice::packs::transpose(s[0], s[1], s[2], s[3]);
+        for (int r = 0; r < rows; ++r) {
+            AxisWeights const& y = axis[1];
+            across[r] = y.w[r % 3], slope[0][r] = y.s[r % 3];
+            if constexpr (D == 3) {
+                AxisWeights const& z = axis[2];
+                slope[1][r] = across[r] * z.s[r / 3];
+                across[r] *= z.w[r / 3], slope[0][r] *= z.w[r / 3];
+            }
+        }
+    }
+    PackVec<D> first() const
+    {
+        PackVec<D> node;
+        for (int a = 0; a < D; ++a) node[a] = axis[a].first;
+        return node;
     }
 };
 
 //! Momentum as it lies on the nodes of a point: m w (v + L (node - place)).
-template <bool affine>
+template <int D, bool affine>
 struct Momentum
 {
-    Pack x[3], y[3];    //!< on the first node of each of the three rows, over its weight along x
-    Pack dx[3], dy[3];  //!< from node to node
+    static constexpr int rows = rows_of_nodes<D>;
 
-    Momentum(AxisWeights const& ax, AxisWeights const& ay, Pack mass, Pack vx, Pack vy, Pack lxx, Pack lxy, Pack lyx,
-             Pack lyy, double cell)
+    Pack start[D][rows];  //!< on the first node of each row, over its weight along x
+    Pack along[D][rows];  //!< from node to node
+
+    //! `slope` of the velocity in m/s a cell.
+    [[gnu::always_inline]] Momentum(Weights<D> const& weights, Pack mass, PackVec<D> velocity, PackMat<D> const& slope)
     {
-        if constexpr (affine) {
-            Pack const h = all(cell);
-            lxx *= h, lxy *= h, lyx *= h, lyy *= h;
-            vx -= madd(lxx, ax.from, lxy * ay.from);
-            vy -= madd(lyx, ax.from, lyy * ay.from);
-        }
-        for (int j = 0; j < 3; ++j) {
-            Pack const m = mass * ay.w[j];
-            x[j] = m * vx, y[j] = m * vy;
-            if constexpr (affine) {
-                dx[j] = m * lxx, dy[j] = m * lyx;
-                vx += lxy, vy += lyy;
+        Pack m[rows];
+        for (int r = 0; r < rows; ++r) m[r] = mass * weights.across[r];
+        for (int a = 0; a < D; ++a) {
+            Pack v = velocity[a];
+            if constexpr (affine)
+                for (int b = 0; b < D; ++b) v -= slope(a, b) * weights.axis[b].from;
+            for (int r = 0; r < rows; ++r) {
+                Pack there = v;
+                if constexpr (affine) {
+                    along[a][r] = m[r] * slope(a, 0);
+                    there = madd(all(r % 3), slope(a, 1), there);
+                    if constexpr (D == 3) there = madd(all(r / 3), slope(a, 2), there);
+                }
+                start[a][r] = m[r] * there;
             }
         }
     }
 
-    //! Adds that of point k to the rows of px and py.
-    [[gnu::always_inline]] void add(int k, Pack weights, double* px, double* py, std::size_t stride) const
+    //! Adds that of point k to the planes of the components, at its first node and the rows from there.
+    [[gnu::always_inline]] void add(int k, Pack weights, double* to, std::size_t plane,
+                                    std::array<std::size_t, rows> const& offset) const
     {
-        Pack const along = weights * Pack{0, 1, 2, 0};
-        for (std::size_t j = 0; j < 3; ++j, px += stride, py += stride) {
-            Pack rx = madd(weights, all(x[j][k]), load(px)), ry = madd(weights, all(y[j][k]), load(py));
-            if constexpr (affine) {
-                rx = madd(along, all(dx[j][k]), rx);
-                ry = madd(along, all(dy[j][k]), ry);
+        Pack const step = weights * Pack{0, 1, 2, 0};
+        for (int a = 0; a < D; ++a, to += plane)
+            for (int r = 0; r < rows; ++r) {
+                double* const at = to + offset[static_cast<std::size_t>(r)];
+                Pack sum = madd(weights, all(start[a][r][k]), load(at));
+                if constexpr (affine) sum = madd(step, all(along[a][r][k]), sum);
+                store(at, sum);
             }
-            store(px, rx), store(py, ry);
-        }
     }
 };
 
-//! Sum over the nodes of four points of weight x value; with slopes, of each derivative x value.
+//! Sum over the nodes of four points of weight x value; with slopes, of each derivative x value [1/cell].
+template <int D>
 struct Gathered
 {
-    Pack value, along_x, along_y;
+    Pack value{};
+    PackVec<D> slope;
 };
-template <bool values, bool slopes>
-[[gnu::always_inline]] inline Gathered gather(double const* plane, FourIndices at, std::size_t stride,
-                                              FourRows const& rows, AxisWeights const& y)
+template <int D, bool values, bool slopes>
+[[gnu::always_inline]] inline Gathered<D> gather(double const* plane, FourIndices at,
+                                                 std::array<std::size_t, rows_of_nodes<D>> const& offset,
+                                                 Weights<D> const& weights)
 {
-    Pack value[4], gx[4], gy[4];
+    Pack value[4], along[D][4];
     for (int k = 0; k < 4; ++k) {
-        double const* from = plane + at[k];
-        Pack const r0 = load(from), r1 = load(from + stride), r2 = load(from + 2 * stride);
-        Pack const sum = madd(r2, all(y.w[2][k]), madd(r1, all(y.w[1][k]), r0 * all(y.w[0][k])));
-        if constexpr (values) value[k] = rows.w[k] * sum;
+        double const* const from = plane + at[k];
+        Pack sum{}, across[D - 1]{};
+        for (int r = 0; r < rows_of_nodes<D>; ++r) {
+            Pack const row = load(from + offset[static_cast<std::size_t>(r)]);
+            sum = madd(row, all(weights.across[r][k]), sum);
+            if constexpr (slopes)
+                for (int b = 0; b < D - 1; ++b) across[b] = madd(row, all(weights.slope[b][r][k]), across[b]);
+        }
+        if constexpr (values) value[k] = weights.w[k] * sum;
         if constexpr (slopes) {
-            gx[k] = rows.s[k] * sum;
-            gy[k] = rows.w[k] * madd(r2, all(y.s[2][k]), madd(r1, all(y.s[1][k]), r0 * all(y.s[0][k])));
+            along[0][k] = weights.s[k] * sum;
+            for (int b = 1; b < D; ++b) along[b][k] = weights.w[k] * across[b - 1];
         }
     }
-    Gathered out{};
+    Gathered<D> out;
     if constexpr (values) out.value = sluice::packs::sums(value[0], value[1], value[2], value[3]);
-    if constexpr (slopes) {
-        out.along_x = sluice::packs::sums(gx[0], gx[1], gx[2], gx[3]);
-        out.along_y = sluice::packs::sums(gy[0], gy[1], gy[2], gy[3]);
-    }
+    if constexpr (slopes)
+        for (int b = 0; b < D; ++b)
+            out.slope[b] = sluice::packs::sums(along[b][0], along[b][1], along[b][2], along[b][3]);
     return out;
 }
 

@@ -2,15 +2,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
-#include "participants/mpm/field.hpp"
-#include "participants/mpm/grains.hpp"
-#include "participants/mpm/grid.hpp"
-#include "participants/mpm/packed_points.hpp"
-#include "participants/mpm/packed_stencil.hpp"
+#include "participants/mpm/pace.hpp"
+#include "participants/mpm/packed_nodes.hpp"
 
 namespace sluice {
 class Team;
@@ -18,13 +14,14 @@ class Team;
 
 namespace mpm {
 
-//! A step of the plane, four points at a time; the same equations as Solver's own (solver.hpp), to rounding. Points are
-//! cut into chunks by their order; each adds up what it gives on a box of nodes of its own, and nodes add the boxes in
-//! the order of the chunks: no bit depends on the number of threads.
+//! A step, four points at a time; the same equations as Solver's own (solver.hpp), to rounding. Points are cut into
+//! chunks by their order; each adds up what it gives on a box of nodes of its own, and nodes add the boxes in the order
+//! of the chunks: no bit depends on the number of threads.
+template <int D>
 class PackedStep
 {
  public:
-    //! What the points had and have [J/m], and what went wrong.
+    //! What the points had and have [J], plane: per metre; and what went wrong.
     struct Outcome
     {
         double kinetic_before = 0, kinetic_after = 0;
@@ -46,57 +43,51 @@ class PackedStep
     ~PackedStep();
 
     //! Whether it knows all that a setup asks for.
-    static bool serves(Setup<2> const& setup);
+    static bool serves(Setup<D> const& setup);
 
-    void take(State<2> const& state) { points_.take(state); }
-    void give(Setup<2> const& setup, State<2>& state) const { points_.give(state, setup.affine); }
-    //! `loads`: force on each point, in the order of the state [N/m], or none. False: the points lie so far apart that
-    //! boxes of nodes would be mostly empty; nothing was done.
-    bool step(Setup<2> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<2> const> loads,
-              GrainContacts<2>& grains, Outcome& outcome);
+    void take(State<D> const& state) { points_.take(state); }
+    void give(Setup<D> const& setup, State<D>& state) const { points_.give(state, setup.affine); }
+    //! `loads`: force on each point, in the order of the state [N], plane: [N/m], or none. False: the points lie so far
+    //! apart that boxes of nodes would be mostly empty; nothing was done.
+    bool step(Setup<D> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<D> const> loads,
+              GrainContacts<D>& grains, Outcome& outcome);
 
  private:
-    //! A chunk's points, its nodes, its share of the sums.
+    using G = packed::Given<D>;
+    //! A chunk's points, the numbers on its nodes, its share of the sums.
     struct Chunk
     {
-        std::size_t begin = 0, end = 0;  //!< points, whole packs
+        packed::Range points;
         std::vector<double> numbers;
-        Planes planes;
         Outcome outcome;
     };
-    struct Gripped
-    {
-        std::size_t node;
-        int axis;
-        Grip grip;
-    };
 
+    bool go(Setup<D> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<D> const> loads,
+            GrainContacts<D>& grains, Outcome& outcome);
+    template <class Each>
+    void share(std::size_t count, Each&& each);
     template <class Each>
     void each_chunk(Each&& each);
-    bool lay_out(Setup<2> const& setup);
-    void sort(Setup<2> const& setup);
-    void add_boxes(std::size_t from, std::size_t count, std::size_t to);
-    void share_mean(std::size_t from, std::size_t volume, std::size_t value, std::size_t mean);
-    void take_loads(Setup<2> const& setup, double half_width, std::span<Vec<2> const> loads);
-    void book_loads(Setup<2> const& setup, double dt, Outcome& outcome);
-    template <bool turning>
-    void move_nodes(Setup<2> const& setup, Field<2> const& field, double dt, Outcome& outcome);
-    void touch_grains(Setup<2> const& setup, double time, double dt, GrainContacts<2>& grains, Outcome& outcome);
-    void hold_nodes(Setup<2> const& setup, double time, Outcome& outcome);
-    void set_strain_velocities(Setup<2> const& setup, Outcome& outcome);
+    template <class Each>
+    void each_slice(Each&& each);
+    void find_box(Setup<D> const& setup, Chunk& chunk, Planes<D>& box);
+    bool lay_out(Setup<D> const& setup);
+    void sort(Setup<D> const& setup);
+    void touch_grains(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains, Outcome& outcome);
     template <bool affine, bool musl, bool shared>
-    void run(Setup<2> const& setup, double time, double dt, std::span<Vec<2> const> loads, GrainContacts<2>& grains,
+    void run(Setup<D> const& setup, double time, double dt, std::span<Vec<D> const> loads, GrainContacts<D>& grains,
              Outcome& outcome);
     template <bool affine, bool shared, class Law>
     void deform(double dt, Law const& law);
 
     int threads_;
+    Pace pace_;
+    bool together_ = false;  //!< in this step
     std::unique_ptr<sluice::Team> team_;
-    PackedPoints points_;
+    PackedPoints<D> points_;
     std::vector<Chunk> chunks_;
-    std::vector<double> numbers_;
-    Planes nodes_;
-    std::vector<Gripped> gripped_;
+    std::vector<Planes<D>> boxes_;  //!< of the chunks
+    PackedNodes<D> nodes_;
 };
 
 }  // namespace mpm

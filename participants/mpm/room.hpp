@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "participants/mpm/state.hpp"
+#include "participants/mpm/axial.hpp"
 
 namespace mpm {
 
@@ -21,6 +21,8 @@ std::pair<Vec<D>, Vec<D>> room_of(Setup<D> const& setup)
         if (wall.kind == WallKind::open || std::isfinite(wall.removed_at)) continue;
         (wall.side < 0 ? low : high)[wall.axis] += wall.side * pressed;
     }
+    // nothing gets beyond the axis
+    if (setup.symmetry == Symmetry::axial) low[0] = std::max(low[0], -setup.origin[0] / setup.cell);
     return {setup.origin + setup.cell * low, setup.origin + setup.cell * high};
 }
 
@@ -28,7 +30,9 @@ std::pair<Vec<D>, Vec<D>> room_of(Setup<D> const& setup)
 template <int D>
 double light_mass(Setup<D> const& setup)
 {
-    return 1e-9 * setup.density * std::pow(setup.cell, D);  // of a full cell
+    double const cell = std::pow(setup.cell, D);
+    // of a full cell, on the first ring of nodes
+    return 1e-9 * setup.density * cell * girth<D>(setup.symmetry, Vec<D>::Constant(setup.cell));
 }
 
 }  // namespace mpm

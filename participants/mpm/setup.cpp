@@ -7,6 +7,7 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "participants/mpm/axial.hpp"
 #include "participants/mpm/field.hpp"
 
 namespace mpm {
@@ -81,10 +82,11 @@ void fill(Config const& c, Potential<D> const& potential, BodyConfig const& body
     }
     require(state.points.size() > before,
             [] { return Error("mpm: a body has no points (needs a size of half a cell or more). Try a finer cell."); });
-    double const volume = volume_of<D>(body) / static_cast<double>(state.points.size() - before);
+    double const share = volume_of<D>(body) / static_cast<double>(state.points.size() - before);
     for (std::size_t p = before; p < state.points.size(); ++p) {
-        state.points[p].volume = volume;
-        state.points[p].mass = c.density * volume;
+        Point<D>& point = state.points[p];
+        point.volume = share * girth(c.symmetry, point.place);
+        point.mass = c.density * point.volume;
     }
 }
 
@@ -99,6 +101,7 @@ Setup<D> make_setup(Config const& c)
     setup.cell = c.cell;
     setup.half_width = 0.5 / c.points;
     setup.width = c.width;
+    setup.symmetry = c.symmetry;
     setup.density = c.density;
     setup.basis = c.basis;
     setup.scheme = c.scheme;

@@ -17,16 +17,6 @@ using sluice::Error;
 using sluice::Exit;
 using sluice::require;
 
-//! The fast way, where there is one.
-template <int D>
-auto packed_for(int threads)
-{
-    if constexpr (D == 2)
-        return PackedStep(threads);
-    else
-        return std::monostate{};
-}
-
 template <int D>
 std::string text_of(Vec<D> const& v)
 {
@@ -51,7 +41,7 @@ template <int D>
 Solver<D>::Solver(Setup<D> setup, State<D> state)
     : setup_(std::move(setup)),
       state_(std::move(state)),
-      packed_(packed_for<D>(1)),
+      packed_(1),
       grid_(setup_.cells),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
@@ -137,14 +127,13 @@ void Solver<D>::use_threads(int threads)
 {
     write_points();
     packed_has_points_ = false;
-    packed_ = packed_for<D>(threads);
+    packed_ = PackedStep<D>(threads);
 }
 
 template <int D>
 void Solver<D>::write_points() const
 {
-    if constexpr (D == 2)
-        if (points_are_behind_) packed_.give(setup_, state_);
+    if (points_are_behind_) packed_.give(setup_, state_);
     points_are_behind_ = false;
 }
 
@@ -152,33 +141,30 @@ void Solver<D>::write_points() const
 template <int D>
 bool Solver<D>::step_packed(double dt)
 {
-    if constexpr (D == 2) {
-        if (!PackedStep::serves(setup_)) return false;
-        if (!packed_has_points_) packed_.take(state_);
-        packed_has_points_ = true;
-        PackedStep::Outcome o;
-        bool const changes = field_changes();
-        double const potential = changes ? potential_energy(setup_, state(), state_.time) : 0;
-        if (!packed_.step(setup_, state_.time, state_.steps, dt, loads_, grains_, o)) return false;
-        points_are_behind_ = true;
-        state_.time += dt;
-        ++state_.steps;
-        if (!o.all_inside) check_places();
-        if (!o.all_upright) check_upright();
-        speed_ = o.speed;
-        nodes_reached_ = o.nodes;
-        light_nodes_ += o.light_nodes;
-        Booked& booked = state_.booked;
-        booked.plastic += o.booked.plastic;
-        booked.sliding += o.booked.sliding;
-        booked.damping += o.booked.damping;
-        booked.external_work += o.booked.external_work;
-        if (changes) booked.field_work += potential_energy(setup_, state(), state_.time) - potential + o.field;
-        booked.numerical += o.kinetic_before - o.kinetic_after + o.field - o.stress + o.booked.external_work -
-                            o.booked.sliding - o.booked.damping;
-        return true;
-    }
-    return false;
+    if (!PackedStep<D>::serves(setup_)) return false;
+    if (!packed_has_points_) packed_.take(state_);
+    packed_has_points_ = true;
+    typename PackedStep<D>::Outcome o;
+    bool const changes = field_changes();
+    double const potential = changes ? potential_energy(setup_, state(), state_.time) : 0;
+    if (!packed_.step(setup_, state_.time, state_.steps, dt, loads_, grains_, o)) return false;
+    points_are_behind_ = true;
+    state_.time += dt;
+    ++state_.steps;
+    if (!o.all_inside) check_places();
+    if (!o.all_upright) check_upright();
+    speed_ = o.speed;
+    nodes_reached_ = o.nodes;
+    light_nodes_ += o.light_nodes;
+    Booked& booked = state_.booked;
+    booked.plastic += o.booked.plastic;
+    booked.sliding += o.booked.sliding;
+    booked.damping += o.booked.damping;
+    booked.external_work += o.booked.external_work;
+    if (changes) booked.field_work += potential_energy(setup_, state(), state_.time) - potential + o.field;
+    booked.numerical += o.kinetic_before - o.kinetic_after + o.field - o.stress + o.booked.external_work -
+                        o.booked.sliding - o.booked.damping;
+    return true;
 }
 
 template <int D>
@@ -321,13 +307,14 @@ void Solver<D>::set_strain_velocities()
     }
 }
 
-//! What lies between the mean stress of a point, of its D x D part, and that of its cell [Pa].
+//! What lies between the mean stress of a point, of its D x D part, of a ring the whole, and that of its cell [Pa].
 template <int D>
 std::vector<double> Solver<D>::shifts_of_stress() const
 {
     std::vector<double> own;
     if (!setup_.shared_volume) return own;
-    for (Point<D> const& p : state_.points) own.push_back(p.matter.stress.template topLeftCorner<D, D>().trace() / D);
+    int const shared = setup_.symmetry == Symmetry::axial ? 3 : D;
+    for (Point<D> const& p : state_.points) own.push_back(p.matter.stress.diagonal().head(shared).mean());
     std::vector<double> shifts = cell_means<D>(setup_, state_, places_, own);
     for (std::size_t p = 0; p < own.size(); ++p) shifts[p] -= own[p];
     return shifts;
@@ -337,10 +324,12 @@ template <int D>
 void Solver<D>::share_volume()
 {
     std::vector<double> own;
-    for (Mat<D> const& increment : increments_) own.push_back(increment.determinant());
+    int const part = setup_.symmetry == Symmetry::axial ? 3 : D;
+    for (Mat3 const& increment : increments_) own.push_back(increment.determinant());
     std::vector<double> const shared = cell_means<D>(setup_, state_, places_, own);
     for (std::size_t p = 0; p < own.size(); ++p)
-        if (own[p] > 0 && shared[p] > 0) increments_[p] *= std::pow(shared[p] / own[p], 1.0 / D);
+        if (own[p] > 0 && shared[p] > 0)
+            increments_[p].topLeftCorner(part, part) *= std::pow(shared[p] / own[p], 1.0 / part);
 }
 
 //! Returns the work that the stress did in it [J].
@@ -351,7 +340,7 @@ double Solver<D>::deform(double dt)
     auto const each = [&](auto const& law) {
         for (std::size_t p = 0; p < increments_.size(); ++p) {
             Point<D>& point = state_.points[p];
-            Mat3 const change = in_space(increments_[p], 1);
+            Mat3 const& change = increments_[p];
             Increment const step(change, dt);
             double const ratio = point.matter.ratio * step.ratio, volume = point.volume_now();
             Mat3 const old = step.turned(point.matter.stress);

@@ -2,8 +2,6 @@
 
 #include <span>
 #include <string>
-#include <type_traits>
-#include <variant>
 
 #include "participants/mpm/energy.hpp"
 #include "participants/mpm/grains.hpp"
@@ -14,8 +12,7 @@
 namespace mpm {
 
 //! A run: setup (constant) and state. A value: a copy continues on its own, bit for bit alike. Here is the plain
-//! version: one thread, every quantity where a reader looks for it. In the plane PackedStep does the same faster, where
-//! it can.
+//! version: one thread, every quantity where a reader looks for it. PackedStep does the same faster, where it can.
 //!
 //! A step of dt, weights w at the places x(n):
 //!     m = sum w mp,  v = sum w mp vp / m,  v* = walls(v + dt (sum w fp - sum V s grad w) / m + dt g)
@@ -97,7 +94,7 @@ class Solver
 
     Setup<D> setup_;
     mutable State<D> state_;  //!< its points may be behind those of packed_
-    std::conditional_t<D == 2, PackedStep, std::monostate> packed_;
+    PackedStep<D> packed_;
     bool packed_has_points_ = false;
     mutable bool points_are_behind_ = false;
     std::size_t nodes_reached_ = 0;
@@ -105,8 +102,8 @@ class Solver
     Transfer<D> const* transfer_;
     GrainContacts<D> grains_;
     std::vector<Vec<D>> loads_, places_;
-    std::vector<Mat<D>> increments_;
-    double speed_ = 0;  //!< wave and point [m/s]
+    std::vector<Mat3> increments_;  //!< of the deformation gradient
+    double speed_ = 0;              //!< wave and point [m/s]
     std::int64_t light_nodes_ = 0;
 };
 

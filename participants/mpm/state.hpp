@@ -21,7 +21,7 @@ struct Point
     Vec<D> place = Vec<D>::Zero();     //!< [m]
     Vec<D> velocity = Vec<D>::Zero();  //!< [m/s]
     Mat<D> slope = Mat<D>::Zero();     //!< gradient of the velocity around it [1/s]; affine transfer only
-    double mass = 0;                   //!< [kg]; plane: per metre
+    double mass = 0;                   //!< [kg]; plane: per metre, axial: of its ring
     double volume = 0;                 //!< at the start [m3]; plane: [m2]
     Matter matter;
 
@@ -74,6 +74,13 @@ enum class Width
     stretch  //!< it follows its stretch along each axis, up to a cell
 };
 
+//! What lies across the plane.
+enum class Symmetry
+{
+    plane,  //!< the same for ever: plane strain
+    axial   //!< the same around the axis x = 0; x is the radius, masses and energies are of whole rings
+};
+
 enum class Scheme
 {
     musl,  //!< strain from velocities that the points gave back to the grid
@@ -89,13 +96,14 @@ struct Setup
     double cell = 0;                 //!< h [m]
     double half_width = 0;           //!< of a point at the start, in cells
     Width width = Width::fixed;
-    double density = 0;  //!< of the matter at the start [kg/m3]; what a full cell has
+    Symmetry symmetry = Symmetry::plane;  //!< in the plane
+    double density = 0;                   //!< of the matter at the start [kg/m3]; what a full cell has
     BasisKind basis = BasisKind::gimp;
     Scheme scheme = Scheme::musl;
     double flip = 1;             //!< share of FLIP in the velocity update; the rest is PIC
     bool affine = false;         //!< points bring the gradient of their velocity to the grid
     bool shared_volume = false;  //!< the points of a cell share its change of volume (cell_means.hpp)
-    bool one_at_a_time = false;  //!< the plain way, where the plane has a faster one
+    bool one_at_a_time = false;  //!< the plain way, where there is a faster one
     double damping = 0;          //!< of all velocities [1/s]
     double courant = 0.4;
     Vec<D> gravity = Vec<D>::Zero();               //!< [m/s2]

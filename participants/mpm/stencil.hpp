@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "participants/mpm/axial.hpp"
 #include "participants/mpm/grid.hpp"
 
 namespace mpm {
@@ -12,6 +13,7 @@ struct Stencil
 {
     std::array<int, D> first{};
     std::array<std::array<double, Basis::width>, D> weight{}, slope{};  //!< [-], [1/m]
+    std::array<double, Basis::width> around{};                          //!< hoop along x, of rings [1/m]
 
     //! `place` in cells from node 0, `half_width` of the point along each axis in cells.
     Stencil(Vec<D> const& half_width, Vec<D> const& place, double cell)
@@ -26,6 +28,28 @@ struct Stencil
                 slope[k][static_cast<std::size_t>(j)] = basis.slope(d) / cell;
             }
         }
+    }
+
+    //! Makes weights of the plane those of rings: `radius` and `half_width` in cells.
+    void turn_around(double radius, double half_width, double place, double cell)
+    {
+        for (int j = 0; j < Basis::width; ++j) {
+            auto const k = static_cast<std::size_t>(j);
+            Moments const m = moments_of_hat(place - (first[0] + j), half_width);
+            around[k] = weight[0][k] / (radius * cell);
+            weight[0][k] += m.value / radius;
+            slope[0][k] += m.slope / (radius * cell);
+        }
+    }
+    //! each(node, hoop), of rings
+    template <class Nodes, class Each>
+    void each_hoop(Nodes& grid, Each&& each) const
+    {
+        constexpr std::size_t width = Basis::width;
+        if constexpr (D == 2)
+            for (std::size_t c = 0; c < width * width; ++c)
+                each(grid.reach({first[0] + static_cast<int>(c % width), first[1] + static_cast<int>(c / width)}),
+                     around[c % width] * weight[1][c / width]);
     }
 
     //! each(node, weight, gradient of the weight)

@@ -13,16 +13,44 @@ namespace {
 template <int D>
 Vec<D> half_width_of(Setup<D> const& setup, Point<D> const& point)
 {
-    if (setup.width == Width::fixed) return Vec<D>::Constant(setup.half_width);
-    Mat<D> const F = point.matter.gradient.template topLeftCorner<D, D>();
-    Mat<D> const U = Eigen::SelfAdjointEigenSolver<Mat<D>>(F.transpose() * F).operatorSqrt();
-    return (setup.half_width * U.diagonal()).cwiseMin(0.5);
+    Vec<D> half = Vec<D>::Constant(setup.half_width);
+    if (setup.width == Width::stretch) {
+        Mat<D> const F = point.matter.gradient.template topLeftCorner<D, D>();
+        Mat<D> const U = Eigen::SelfAdjointEigenSolver<Mat<D>>(F.transpose() * F).operatorSqrt();
+        half = (setup.half_width * U.diagonal()).cwiseMin(0.5);
+    }
+    return half;
+}
+
+//! Half the width of a ring, that may reach up to the axis [cells].
+template <int D>
+double half_ring(Setup<D> const& setup, Vec<D> const& half_width, Vec<D> const& place)
+{
+    return std::min(half_width[0], place[0] / setup.cell);
 }
 
 template <int D, class Basis>
 Stencil<D, Basis> stencil_at(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place)
 {
-    return {half_width_of(setup, point), (place - setup.origin) / setup.cell, setup.cell};
+    Vec<D> half_width = half_width_of(setup, point);
+    Vec<D> const in_cells = (place - setup.origin) / setup.cell;
+    if (setup.symmetry == Symmetry::plane) return {half_width, in_cells, setup.cell};
+    half_width[0] = half_ring(setup, half_width, place);
+    Stencil<D, Basis> at(half_width, in_cells, setup.cell);
+    at.turn_around(place[0] / setup.cell, half_width[0], in_cells[0], setup.cell);
+    return at;
+}
+
+//! Sum of weight x node: the middle of a ring's mass lies beyond that of its area.
+template <int D>
+Vec<D> centre_of(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place)
+{
+    Vec<D> centre = place;
+    if (setup.symmetry == Symmetry::axial) {
+        double const half = setup.cell * half_ring(setup, half_width_of(setup, point), place);
+        centre[0] += half * half / (3 * place[0]);
+    }
+    return centre;
 }
 
 //! A traction acts where the face is: on the hat function there across its axis, on the point's own along it. A uniform
@@ -32,13 +60,18 @@ void add_traction(Setup<D> const& setup, Traction<D> const& traction, Point<D> c
 {
     Vec<D> const centre = (point.place - setup.origin) / setup.cell;
     Vec<D> const half_width = half_width_of(setup, point);
-    Stencil<D, Basis> at(half_width, centre, setup.cell);
+    auto at = stencil_at<D, Basis>(setup, point, point.place);
     auto const axis = static_cast<std::size_t>(traction.axis);
     double const face = centre[traction.axis] + traction.side * half_width[traction.axis];
     Linear const hat(0);
     for (std::size_t j = 0; j < Basis::width; ++j)
         at.weight[axis][j] = hat.value(face - (at.first[axis] + static_cast<int>(j)));
-    double const area = point.volume / (2 * setup.half_width * setup.cell);
+    double area = point.volume / (2 * setup.half_width * setup.cell);
+    if (axis == 0) {
+        Vec<D> on_face = point.place;
+        on_face[0] = setup.origin[0] + setup.cell * face;
+        area *= girth(setup.symmetry, on_face) / girth(setup.symmetry, point.place);
+    }
     at.each(grid, [&](Node<D>& node, double weight, Vec<D> const&) { node.outer += weight * area * traction.stress; });
 }
 
@@ -48,9 +81,10 @@ template <int D, class Basis>
 void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place, Stencil<D, Basis> const& at,
                     Grid<D>& grid, Vec<D> Node<D>::*momentum)
 {
+    Vec<D> const centre = centre_of(setup, point, place);
     at.each(grid, [&](Node<D>& node, double weight, Vec<D> const&) {
         Vec<D> velocity = point.velocity;
-        if (setup.affine) velocity += point.slope * (corner_of<D>(setup, node.index) - place);
+        if (setup.affine) velocity += point.slope * (corner_of<D>(setup, node.index) - centre);
         node.*momentum += weight * point.mass * velocity;
     });
 }
@@ -71,6 +105,10 @@ void to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> cons
             node.inner -= pull * gradient;
             node.outer += weight * load;
         });
+        if (setup.symmetry == Symmetry::axial) {
+            double const around = point.volume_now() * (point.matter.stress(2, 2) + (shifts.empty() ? 0 : shifts[p]));
+            at.each_hoop(grid, [&](Node<D>& node, double hoop) { node.inner[0] -= around * hoop; });
+        }
         bring_momentum(setup, point, point.place, at, grid, &Node<D>::momentum);
     }
     for (auto const& traction : setup.tractions)
@@ -83,14 +121,19 @@ void to_points(Setup<D> const& setup, Field<D> const& field, State<D>& state, Gr
     for (Point<D>& point : state.points) {
         Vec<D> carried = Vec<D>::Zero(), change = Vec<D>::Zero();
         point.slope.setZero();
-        stencil_at<D, Basis>(setup, point, point.place)
-            .each(grid, [&](Node<D>& node, double weight, Vec<D> const& gradient) {
-                carried += weight * node.velocity;
-                change += weight * (node.velocity - node.before);
-                if (setup.affine) point.slope += node.velocity * gradient.transpose();
-            });
+        auto const at = stencil_at<D, Basis>(setup, point, point.place);
+        at.each(grid, [&](Node<D>& node, double weight, Vec<D> const& gradient) {
+            carried += weight * node.velocity;
+            change += weight * (node.velocity - node.before);
+            if (setup.affine) point.slope += node.velocity * gradient.transpose();
+        });
         if (setup.frame) point.velocity = field.turned(point.velocity);
         point.velocity = setup.flip * (point.velocity + change) + (1 - setup.flip) * carried;
+        if (setup.symmetry == Symmetry::axial) {  // the radius by the stretch around the axis
+            carried[0] = 0;
+            at.each_hoop(grid,
+                         [&](Node<D>& node, double hoop) { carried[0] += point.place[0] * hoop * node.velocity[0]; });
+        }
         point.place += dt * carried;
     }
 }
@@ -107,15 +150,18 @@ void back_to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D>
 
 template <int D, class Basis>
 void gradients(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> const> places, Grid<D>& grid, double dt,
-               std::vector<Mat<D>>& out)
+               std::vector<Mat3>& out)
 {
     for (std::size_t p = 0; p < places.size(); ++p) {
         Mat<D> increment = Mat<D>::Identity();
-        stencil_at<D, Basis>(setup, state.points[p], places[p])
-            .each(grid, [&](Node<D>& node, double, Vec<D> const& gradient) {
-                increment += dt * node.strain_velocity * gradient.transpose();
-            });
-        out[p] = increment;
+        auto const at = stencil_at<D, Basis>(setup, state.points[p], places[p]);
+        at.each(grid, [&](Node<D>& node, double, Vec<D> const& gradient) {
+            increment += dt * node.strain_velocity * gradient.transpose();
+        });
+        out[p] = in_space(increment, 1);
+        if (setup.symmetry == Symmetry::axial)
+            at.each_hoop(grid,
+                         [&](Node<D>& node, double hoop) { out[p](2, 2) += dt * hoop * node.strain_velocity[0]; });
     }
 }
 

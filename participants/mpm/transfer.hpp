@@ -23,7 +23,7 @@ struct Transfer
     void (*back_to_grid)(Setup<D> const&, State<D> const&, std::span<Vec<D> const> places, Grid<D>&);
     //! The increment of the deformation gradient of each point, at the weights of the `places` where it was.
     void (*gradients)(Setup<D> const&, State<D> const&, std::span<Vec<D> const> places, Grid<D>&, double dt,
-                      std::vector<Mat<D>>&);
+                      std::vector<Mat3>&);
 };
 
 template <int D>

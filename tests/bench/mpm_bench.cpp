@@ -79,7 +79,7 @@ void measure(std::string const& name, mpm::Config const& c, int steps)
     auto const points = static_cast<double>(fast.state().points.size());
     double best[3] = {};
     for (int repeat = 0; repeat < 3; ++repeat)
-        for (int way = 0; way < (D == 2 ? 3 : 1); ++way) {
+        for (int way = 0; way < 3; ++way) {
             auto& solver = way == 0 ? slow : way == 1 ? fast : two;
             int const count = way == 0 ? std::max(1, steps / 10) : steps;
             auto const start = Clock::now();
@@ -90,7 +90,6 @@ void measure(std::string const& name, mpm::Config const& c, int steps)
             best[way] = std::max(best[way], 1e-6 * count * points / seconds);
         }
     note(name + ", one at a time", best[0], best[0]);
-    if (D == 3) return;
     note(name, best[1], best[0]);
     note(name + ", two threads", best[2], best[0]);
 }

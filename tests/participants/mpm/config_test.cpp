@@ -168,6 +168,13 @@ TEST_CASE("config: what cannot run is refused, with the key")
     CHECK(contains(errors(domain + material + column + "gates: [{at: 0.1003, removed_at: 1}]\n"), "grid line"));
     CHECK(contains(errors(domain + material + "bodies: [{velocity: [1, 0]}]\n"), "one of box, ball"));
     CHECK(contains(errors(domain + material + "bodies: [{box: {low: [0.2, 0], high: [0.1, 0.1]}}]\n"), "above it"));
+    std::string const rings = domain + material + column + "symmetry: axial\n";
+    CHECK(read(rings).symmetry == mpm::Symmetry::axial);
+    CHECK(contains(errors(rings + "basis: spline\n"), "symmetry = axial beside another basis"));
+    CHECK(contains(
+        errors("domain: {origin: [-0.1, 0], size: [0.4, 0.2]}\ncell: 0.01\nsymmetry: axial\n" + material + column),
+        "beyond the axis"));
+    CHECK(contains(errors(rings + "grains: {friction: 0.4}\n", 2, true), "no rings"));
     std::string const soil = "material: {law: mohr_coulomb, density: 1, youngs_modulus: 1, poissons_ratio: 0.2, ";
     CHECK(
         contains(errors(domain + column + soil + "friction_angle: 20, dilation_angle: 30}\n"), "dilation_angle = 30"));

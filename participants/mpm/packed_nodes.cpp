@@ -1,0 +1,209 @@
+#include "participants/mpm/packed_nodes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "participants/mpm/cell.hpp"
+#include "participants/mpm/room.hpp"
+#include "participants/mpm/walls.hpp"
+
+namespace mpm {
+
+template <int D>
+void PackedNodes<D>::lay_out(Planes<D> const& box)
+{
+    planes_ = box;
+    std::size_t const nodes = box.nodes();
+    planes_.plane = nodes + 4;
+    if (numbers_.size() < T::count * planes_.plane) numbers_.resize(T::count * planes_.plane);
+    planes_.data = numbers_.data();
+    for (std::size_t k = 0; k < T::count; ++k) std::fill_n(planes_[k] + nodes, 4, 0.0);
+    slices_.resize(static_cast<std::size_t>(box.count[D - 1]));
+    std::size_t const each = nodes / slices_.size();
+    for (std::size_t s = 0; s < slices_.size(); ++s) {
+        slices_[s].begin = s * each, slices_[s].end = (s + 1) * each;
+        slices_[s].sums = {};
+    }
+}
+
+template <int D>
+typename PackedNodes<D>::Sums PackedNodes<D>::sums() const
+{
+    Sums all;
+    for (Slice const& s : slices_) {
+        all.damped += s.sums.damped, all.sliding += s.sums.sliding, all.external += s.sums.external;
+        all.light += s.sums.light, all.reached += s.sums.reached;
+    }
+    return all;
+}
+
+template <int D>
+void PackedNodes<D>::add(std::size_t slice, std::span<Planes<D> const> boxes, std::size_t from, std::size_t count)
+{
+    Slice const& own = slices_[slice];
+    for (std::size_t q = from; q < from + count; ++q) std::fill(planes_[q] + own.begin, planes_[q] + own.end, 0.0);
+    int const line = planes_.first[D - 1] + static_cast<int>(slice);
+    for (Planes<D> const& box : boxes) {
+        if (line < box.first[D - 1] || line >= box.first[D - 1] + box.count[D - 1]) continue;
+        std::array<int, D> row = box.first;
+        row[D - 1] = line;
+        int const rows = D == 2 ? 1 : box.count[1];
+        for (int y = 0; y < rows; ++y) {
+            if constexpr (D == 3) row[1] = box.first[1] + y;
+            std::size_t const in = box.at(row), out = planes_.at(row);
+            for (std::size_t q = from; q < from + count; ++q) {
+                double const* const give = box[q] + in;
+                double* const take = planes_[q] + out;
+                for (int i = 0; i < box.count[0]; ++i) take[i] += give[i];
+            }
+        }
+    }
+}
+
+template <int D>
+void PackedNodes<D>::take_mean(std::size_t slice)
+{
+    double const *volume = planes_[T::volume], *value = planes_[T::value];
+    for (std::size_t i = slices_[slice].begin; i < slices_[slice].end; ++i)
+        planes_[T::mean][i] = volume[i] > 0 ? value[i] / volume[i] : 0;
+}
+
+template <int D>
+void PackedNodes<D>::add_loads(std::size_t slice)
+{
+    for (std::size_t a = 0; a < D; ++a)
+        for (std::size_t i = slices_[slice].begin; i < slices_[slice].end; ++i)
+            planes_[T::force + a][i] += planes_[T::again + a][i];
+}
+
+template <int D>
+void PackedNodes<D>::book_loads(std::size_t slice, Setup<D> const& setup, double dt)
+{
+    double const undamped = std::exp(setup.damping * dt);
+    double work = 0;
+    for (std::size_t a = 0; a < D; ++a)
+        for (std::size_t i = slices_[slice].begin; i < slices_[slice].end; ++i)
+            work += planes_[T::again + a][i] * (planes_[T::before + a][i] + undamped * planes_[T::velocity + a][i]);
+    slices_[slice].sums.external += 0.5 * dt * work;
+}
+
+template <int D>
+template <bool turning>
+void PackedNodes<D>::move(std::size_t slice, Setup<D> const& setup, Field<D> const& field, double dt)
+{
+    double const kept = std::exp(-setup.damping * dt), least = light_mass(setup);
+    Vec<D> const gravity = setup.gravity;
+    Slice& own = slices_[slice];
+    double damped = 0;
+    std::int64_t light = 0, reached = 0;
+    for (std::size_t i = own.begin; i < own.end; ++i) {
+        double const m = planes_[T::mass][i];
+        if (m <= 0) {
+            for (std::size_t q = T::velocity; q < T::mean; ++q) planes_[q][i] = 0;
+            continue;
+        }
+        Vec<D> before = vector_at(T::momentum, i) / m, v = vector_at(T::force, i) / m;
+        if constexpr (turning) {
+            Vec<D> const half = 0.5 * dt * (v + field.acceleration(corner_of<D>(setup, planes_.index(i))));
+            v = field.turned(before + half) + half;
+            before = field.turned(before);
+        } else {
+            v = before + dt * (v + gravity);
+        }
+        damped += m * v.squaredNorm();
+        v *= kept;
+        set(T::before, i, before), set(T::velocity, i, v), set(T::change, i, v - before);
+        light += m < least;
+        ++reached;
+    }
+    own.sums.damped = 0.5 * (1 - kept * kept) * damped;
+    own.sums.light = light;
+    own.sums.reached = reached;
+}
+
+template <int D>
+void PackedNodes<D>::touch(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains, Booked& booked)
+{
+    for (TouchedNode<D>& node : grains.nodes()) {
+        std::size_t const i = planes_.at(node.index);
+        node.mass = planes_[T::mass][i];
+        node.before = vector_at(T::before, i), node.velocity = vector_at(T::velocity, i);
+    }
+    grains.solve(setup, time, dt, booked);
+    for (TouchedNode<D> const& node : grains.nodes()) {
+        std::size_t const i = planes_.at(node.index);
+        set(T::velocity, i, node.velocity), set(T::change, i, node.velocity - node.before);
+    }
+}
+
+template <int D>
+void PackedNodes<D>::hold(std::size_t slice, Setup<D> const& setup, double time)
+{
+    Slice& own = slices_[slice];
+    own.gripped.clear();
+    for (Wall const& wall : setup.walls) {
+        if (wall.removed_at <= time || wall.kind == WallKind::open) continue;
+        auto const axis = static_cast<std::size_t>(wall.axis);
+        std::array<int, D> low = planes_.first, high;
+        for (std::size_t a = 0; a < D; ++a) high[a] = low[a] + planes_.count[a];
+        low[D - 1] += static_cast<int>(slice), high[D - 1] = low[D - 1] + 1;
+        int const line = line_of(wall, setup);
+        wall.side < 0 ? high[axis] = std::min(high[axis], line + 1) : low[axis] = std::max(low[axis], line);
+        if (low[axis] >= high[axis]) continue;
+        std::array<int, D> row = low;
+        int const rows = D == 2 ? 1 : high[1] - low[1];
+        for (int y = 0; y < rows; ++y) {
+            if constexpr (D == 3) row[1] = low[1] + y;
+            std::size_t const first = planes_.at(row), count = static_cast<std::size_t>(high[0] - low[0]);
+            for (std::size_t i = first; i < first + count; ++i)
+                if (planes_[T::mass][i] > 0) hold_node(i, wall, own);
+        }
+    }
+}
+
+template <int D>
+void PackedNodes<D>::hold_node(std::size_t i, Wall const& wall, Slice& slice)
+{
+    Vec<D> const before = vector_at(T::before, i);
+    Vec<D> v = vector_at(T::velocity, i), rubbed = v;
+    Grip const grip = mpm::hold<D>(wall, v);
+    if (grip == Grip::none) return;
+    slice.gripped.push_back({i, wall.axis, grip});
+    set(T::velocity, i, v), set(T::change, i, v - before);
+    if (wall.kind != WallKind::rough) return;
+    rubbed -= v;
+    rubbed[wall.axis] = 0;
+    slice.sums.sliding += 0.5 * planes_[T::mass][i] * rubbed.dot(before + v);
+}
+
+template <int D>
+void PackedNodes<D>::set_strain_velocities(std::size_t slice)
+{
+    Slice const& own = slices_[slice];
+    double const* const mass = planes_[T::mass];
+    for (std::size_t a = 0; a < D; ++a)
+        for (std::size_t i = own.begin; i < own.end; ++i)
+            if (mass[i] > 0) planes_[T::strain + a][i] = planes_[T::again + a][i] / mass[i];
+    for (Gripped const& g : own.gripped) {
+        Vec<D> u = vector_at(T::strain, g.node);
+        hold_again<D>(g.axis, g.grip, u);
+        set(T::strain, g.node, u);
+    }
+}
+
+template <int D>
+void PackedNodes<D>::pass_light_nodes(std::size_t slice, Setup<D> const& setup)
+{
+    double const least = light_mass(setup);
+    for (std::size_t i = slices_[slice].begin; i < slices_[slice].end; ++i)
+        set(T::strain, i, vector_at(planes_[T::mass][i] < least ? T::before : T::velocity, i));
+}
+
+template class PackedNodes<2>;
+template class PackedNodes<3>;
+template void PackedNodes<2>::move<false>(std::size_t, Setup<2> const&, Field<2> const&, double);
+template void PackedNodes<2>::move<true>(std::size_t, Setup<2> const&, Field<2> const&, double);
+template void PackedNodes<3>::move<false>(std::size_t, Setup<3> const&, Field<3> const&, double);
+template void PackedNodes<3>::move<true>(std::size_t, Setup<3> const&, Field<3> const&, double);
+
+}  // namespace mpm

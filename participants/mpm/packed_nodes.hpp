@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "participants/mpm/grains.hpp"
+#include "participants/mpm/packed_passes.hpp"
+
+namespace mpm {
+
+//! What chunks gave, on all nodes, and what becomes of these; the same equations as Solver's own. Nodes lie in slices
+//! across the last axis: what is done to a slice needs no other, and sums run over the slices in their order.
+template <int D>
+class PackedNodes
+{
+ public:
+    //! Of a slice, or of all.
+    struct Sums
+    {
+        double damped = 0, sliding = 0, external = 0;  //!< energy taken, work done [J]; plane: per metre
+        std::int64_t light = 0, reached = 0;           //!< nodes
+    };
+
+    //! A box of nodes. What is on them is not defined until a slice is worked on.
+    void lay_out(Planes<D> const& box);
+    Planes<D> const& planes() const { return planes_; }
+    std::size_t slices() const { return slices_.size(); }
+    Sums sums() const;
+
+    //! Planes of all chunks' boxes, one after the other, of one slice.
+    void add(std::size_t slice, std::span<Planes<D> const> boxes, std::size_t from, std::size_t count);
+    void take_mean(std::size_t slice);
+    //! What lies on the planes of the second momentum is a force.
+    void add_loads(std::size_t slice);
+    template <bool turning>
+    void move(std::size_t slice, Setup<D> const& setup, Field<D> const& field, double dt);
+    //! Work of the loads, after move().
+    void book_loads(std::size_t slice, Setup<D> const& setup, double dt);
+    void touch(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains, Booked& booked);
+    void hold(std::size_t slice, Setup<D> const& setup, double time);
+    //! Of the second momentum; a light node has no other.
+    void set_strain_velocities(std::size_t slice);
+    //! A node of almost no mass is seen by strain at the velocity that the points brought.
+    void pass_light_nodes(std::size_t slice, Setup<D> const& setup);
+
+ private:
+    using T = packed::Taken<D>;
+    struct Gripped
+    {
+        std::size_t node;
+        int axis;
+        Grip grip;
+    };
+    struct Slice
+    {
+        std::size_t begin = 0, end = 0;  //!< nodes
+        Sums sums;
+        std::vector<Gripped> gripped;
+    };
+
+    Vec<D> vector_at(std::size_t plane, std::size_t node) const
+    {
+        Vec<D> v;
+        for (int a = 0; a < D; ++a) v[a] = planes_[plane + static_cast<std::size_t>(a)][node];
+        return v;
+    }
+    void set(std::size_t plane, std::size_t node, Vec<D> const& v)
+    {
+        for (int a = 0; a < D; ++a) planes_[plane + static_cast<std::size_t>(a)][node] = v[a];
+    }
+    void hold_node(std::size_t node, Wall const& wall, Slice& slice);
+
+    Planes<D> planes_;
+    std::vector<double> numbers_;
+    std::vector<Slice> slices_;
+};
+
+}  // namespace mpm
