@@ -53,11 +53,11 @@ template <int D, class Stored>
 void put_populations(sluice::State& kept, Rows<D, Stored> const& rows)
 {
     std::vector<Stored> cells;
-    cells.reserve(static_cast<std::size_t>(rows.nx() * rows.rows()));
+    cells.reserve(static_cast<std::size_t>(rows.layout().stored()));
     for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
         cells.clear();
         for (std::ptrdiff_t r = 0; r < rows.rows(); ++r)
-            cells.insert(cells.end(), rows.row(q, r), rows.row(q, r) + rows.nx());
+            cells.insert(cells.end(), rows.row(q, r), rows.row(q, r) + rows.nx(r));
         std::span<Stored const> const values(cells);
         if constexpr (std::is_same_v<Stored, double>)
             kept.put(populations_name(q), values);
@@ -84,7 +84,6 @@ void require_populations(sluice::State const& kept, std::size_t q, std::size_t c
 template <int D, class Stored>
 void take_populations(sluice::State const& kept, Rows<D, Stored> const& rows)
 {
-    auto const row_bytes = static_cast<std::size_t>(rows.nx()) * sizeof(Stored);
     for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
         auto const name = populations_name(q);
         std::span<std::byte const> from;
@@ -92,9 +91,20 @@ void take_populations(sluice::State const& kept, Rows<D, Stored> const& rows)
             from = std::as_bytes(kept.numbers(name));
         else
             from = kept.bytes(name);
-        for (std::ptrdiff_t r = 0; r < rows.rows(); ++r)
-            std::memcpy(rows.row(q, r), from.data() + static_cast<std::size_t>(r) * row_bytes, row_bytes);
+        for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) {
+            auto const bytes = static_cast<std::size_t>(rows.nx(r)) * sizeof(Stored);
+            std::memcpy(rows.row(q, r), from.data(), bytes);
+            from = from.subspan(bytes);
+        }
     }
+}
+
+std::vector<std::int64_t> numbers_of(std::vector<Box> const& boxes)
+{
+    std::vector<std::int64_t> numbers;
+    for (Box const& box : boxes)
+        for (Extent const* e : {&box.first, &box.size}) numbers.insert(numbers.end(), e->begin(), e->end());
+    return numbers;
 }
 
 }  // namespace
@@ -125,6 +135,10 @@ void Solver<D>::keep(sluice::State& kept)
     if (phase_) phase_->keep(kept);
     if (!solid_exchange_.empty())
         put_rows<freedoms>(kept, "solids/exchange", solid_exchange_, [](Motion const& m) { return m; });
+    if (!layout_.whole()) {
+        auto const boxes = numbers_of(layout_.boxes());
+        kept.put("boxes", std::span<std::int64_t const>(boxes));
+    }
     populations_.visit([&](auto const& rows) { put_populations(kept, rows); });
 }
 
@@ -133,7 +147,7 @@ template <int D>
 void Solver<D>::restore(sluice::State const& kept)
 {
     constexpr std::size_t place = 2 * D + 1 + spins<D>;
-    auto const cells = static_cast<std::size_t>(populations_.cells());
+    auto const cells = static_cast<std::size_t>(layout_.stored());
     auto id = take_ids(kept, "bodies/id"), last_id = take_ids(kept, "last/id");
     auto bodies = take_rows<place, Body<D>>(kept, "bodies/place", id.size(), [](double const* v) {
         Body<D> b;
@@ -169,6 +183,13 @@ void Solver<D>::restore(sluice::State const& kept)
             Motion m;
             std::copy_n(v, freedoms, m.begin());
             return m;
+        });
+    if (!layout_.whole())
+        sluice::require(std::ranges::equal(kept.integers("boxes"), numbers_of(layout_.boxes())), [] {
+            return sluice::Error(
+                "fluid: the checkpoint holds other parts of the lattice (needs those that hold fluid now). Were the "
+                "solids moved since?",
+                sluice::Exit::io);
         });
     for (std::size_t q = 0; q < Lattice<D>::directions; ++q) require_populations(kept, q, cells, config_.precision);
     if (phase_) phase_->restore(kept);

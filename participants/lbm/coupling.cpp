@@ -244,6 +244,12 @@ void run(sluice::Participant& self, Config const& config)
     std::optional<Recorder<D>> recorder;
     if (!self.resumes()) recorder.emplace(self, config);
     self.fact("cells", static_cast<double>(config.cells()[0] * config.cells()[1] * config.cells()[2]));
+    if (!solver.layout().whole()) {
+        self.fact("cells that are stored", static_cast<double>(solver.layout().stored()));
+        self.note(std::to_string(solver.layout().stored()) +
+                  " cells hold fluid or are near it; the others, deep in solids "
+                  "at rest, are not stored");
+    }
     self.fact("time step [s]", config.step);
     self.fact("relaxation time", config.relaxation_time());
     if (config.phase) self.fact("bulk modulus of the fluid [Pa]", config.units().pressure_unit() / 3);

@@ -28,25 +28,55 @@ std::size_t row_length(double radius)
 }  // namespace
 
 template <int D>
-Coverage<D>::Coverage(Extent cells, std::array<bool, 3> periodic)
-    : cells_(cells), periodic_(periodic), row_start_(static_cast<std::size_t>(cells[1] * cells[2]) + 1)
-{}
-
-template <int D>
-void Coverage<D>::set_patches(std::vector<Patch<D>> patches)
+Coverage<D>::Coverage(Layout const& layout, std::array<bool, 3> periodic, std::vector<Patch<D>> patches)
+    : layout_(&layout), periodic_(periodic), row_start_(static_cast<std::size_t>(layout.rows()) + 1)
 {
-    patches_ = std::move(patches);
-    for (Patch<D>& patch : patches_) {
-        auto const length = static_cast<std::size_t>(patch.size[0]), stride = length + strip_lanes - 1;
-        auto const rows = static_cast<std::size_t>(patch.size[1] * patch.size[2]);
-        std::vector<double> padded(rows * stride, 0.0);
-        for (std::size_t r = 0; r < rows; ++r)
-            std::copy_n(patch.fraction.data() + r * length, length, padded.data() + r * stride);
-        patch.fraction = std::move(padded);
-    }
-    shape_.clear();
+    std::vector<std::size_t> offsets;
+    for (Patch<D> const& patch : patches) add_patch(patch, offsets);
+    for (std::size_t k = 0; k < offsets.size(); ++k) patch_strips_[k].fraction = patch_fraction_.data(offsets[k]);
     lay_out({});
     sort_by_row();
+}
+
+//! One strip for each row and each part of it that is stored, from its first cell with solid to its last.
+template <int D>
+void Coverage<D>::add_patch(Patch<D> const& patch, std::vector<std::size_t>& offsets)
+{
+    Extent const& cells = layout_->cells();
+    auto const index = static_cast<std::ptrdiff_t>(patches_.size());
+    Kept kept{.centre = patch.centre};
+    Extent low, high;
+    for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::max<std::ptrdiff_t>(0, patch.first[k]);
+        high[k] = std::min(patch.first[k] + patch.size[k], cells[k]);
+    }
+    for (std::ptrdiff_t z = low[2]; z < high[2]; ++z)
+        for (std::ptrdiff_t y = low[1]; y < high[1]; ++y) {
+            double const* const fraction = patch.row(y, z) - patch.first[0];
+            for (std::uint32_t const r : layout_->across(y, z)) {
+                Row const& row = layout_->row(r);
+                std::ptrdiff_t begin = std::max<std::ptrdiff_t>(low[0], row.first),
+                               end = std::min<std::ptrdiff_t>(high[0], row.first + row.cells);
+                while (begin < end && fraction[begin] == 0) ++begin;
+                while (begin < end && fraction[end - 1] == 0) --end;
+                if (begin >= end) continue;
+                std::array<double, D> arm;
+                Extent const cell{begin, y, z};
+                for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(cell[k]) + 0.5 - patch.centre[k];
+                patch_strips_.push_back({index, r, begin - row.first, end - begin, nullptr, arm, patch.drag});
+                std::vector<double> padded(fraction + begin, fraction + end);
+                padded.resize(padded.size() + strip_lanes - 1, 0.0);
+                offsets.push_back(patch_fraction_.add(padded));
+                for (std::ptrdiff_t x = begin; x < end; ++x) {
+                    kept.volume += fraction[x];
+                    for (std::size_t k = 0; k < D; ++k)
+                        kept.first_moment[k] +=
+                            fraction[x] * (arm[k] + (k == 0 ? static_cast<double>(x - begin) : 0.0));
+                }
+            }
+        }
+    patch_start_.push_back(patch_strips_.size());
+    patches_.push_back(kept);
 }
 
 template <int D>
@@ -67,48 +97,21 @@ void Coverage<D>::lay_out(std::span<Body<D> const> bodies)
     std::size_t cells = 0, strips = 0;
     for (std::size_t i = 0; i < n; ++i) {
         std::size_t const side = box_side(bodies[i].radius), rows = D == 2 ? side : side * side;
-        std::size_t const pieces = periodic_[0] ? 2 + side / static_cast<std::size_t>(cells_[0]) : 1;
+        std::size_t const turns = periodic_[0] ? 2 + side / static_cast<std::size_t>(layout_->cells()[0]) : 1;
         box_start_[i] = cells;
         first_[i] = strips;
-        room_[i] = rows * pieces;
+        room_[i] = rows * turns * layout_->most_across();
         cells += rows * row_length(bodies[i].radius);
         strips += room_[i];
     }
     fraction_.resize(cells);
+    strips_.resize(strips + patch_strips_.size());
     for (std::size_t p = 0; p < patches_.size(); ++p) {
-        first_[n + p] = strips;
-        room_[n + p] = static_cast<std::size_t>(patches_[p].size[1] * patches_[p].size[2]);
-        strips += room_[n + p];
+        first_[n + p] = strips + patch_start_[p];
+        count_[n + p] = room_[n + p] = patch_start_[p + 1] - patch_start_[p];
     }
-    strips_.resize(strips);
-    for (std::size_t p = 0; p < patches_.size(); ++p) lay_out_patch(n + p, patches_[p]);
-}
-
-//! One strip for each row, from its first cell with solid to its last.
-template <int D>
-void Coverage<D>::lay_out_patch(std::size_t index, Patch<D> const& patch)
-{
-    std::ptrdiff_t const stride = patch.size[0] + strip_lanes - 1;
-    for (std::ptrdiff_t row = 0; row < patch.size[1] * patch.size[2]; ++row) {
-        Extent const at{0, patch.first[1] + row % patch.size[1], patch.first[2] + row / patch.size[1]};
-        if (at[1] < 0 || at[1] >= cells_[1] || at[2] < 0 || at[2] >= cells_[2]) continue;
-        std::ptrdiff_t begin = std::max<std::ptrdiff_t>(0, -patch.first[0]),
-                       end = std::min(patch.size[0], cells_[0] - patch.first[0]);
-        double const* const fraction = patch.fraction.data() + row * stride;
-        while (begin < end && fraction[begin] == 0) ++begin;
-        while (begin < end && fraction[end - 1] == 0) --end;
-        if (begin >= end) continue;
-        std::array<double, D> arm;
-        Extent const cell{patch.first[0] + begin, at[1], at[2]};
-        for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(cell[k]) + 0.5 - patch.centre[k];
-        strips_[first_[index] + count_[index]++] = {static_cast<std::ptrdiff_t>(index),
-                                                    at[2] * cells_[1] + at[1],
-                                                    cell[0],
-                                                    end - begin,
-                                                    fraction + begin,
-                                                    arm,
-                                                    patch.drag};
-    }
+    std::copy(patch_strips_.begin(), patch_strips_.end(), strips_.begin() + static_cast<std::ptrdiff_t>(strips));
+    for (std::size_t k = strips; k < strips_.size(); ++k) strips_[k].body += static_cast<std::ptrdiff_t>(n);
 }
 
 template <int D>
@@ -120,7 +123,8 @@ std::ptrdiff_t Coverage<D>::update(std::span<Body<D> const> bodies, sluice::Team
             if (shape_[i].radius != bodies[i].radius) return false;
         return true;
     };
-    if (!same_layout()) {
+    bool const same = same_layout();
+    if (!same) {
         lay_out(bodies);
         shape_.assign(bodies.size(), Shape{{}, NAN});
     }
@@ -134,7 +138,7 @@ std::ptrdiff_t Coverage<D>::update(std::span<Body<D> const> bodies, sluice::Team
             changed.fetch_add(1, std::memory_order_relaxed);
         }
     });
-    if (changed > 0 || bodies.empty()) sort_by_row();
+    if (changed > 0 || !same) sort_by_row();
     return changed;
 }
 
@@ -142,6 +146,7 @@ std::ptrdiff_t Coverage<D>::update(std::span<Body<D> const> bodies, sluice::Team
 template <int D>
 void Coverage<D>::cover(std::size_t i, Body<D> const& body)
 {
+    Extent const& cells = layout_->cells();
     thread_local RasterScratch scratch;
     thread_local std::vector<std::ptrdiff_t> columns;
     SphereBox box;
@@ -168,37 +173,54 @@ void Coverage<D>::cover(std::size_t i, Body<D> const& body)
         for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(at[k]) + 0.5 - body.centre[k];
         bool inside = begin < end;
         for (std::size_t k = 1; k < D; ++k) {
-            if (periodic_[k]) at[k] = wrap(at[k], cells_[k]);
-            inside = inside && at[k] >= 0 && at[k] < cells_[k];
+            if (periodic_[k]) at[k] = wrap(at[k], cells[k]);
+            inside = inside && at[k] >= 0 && at[k] < cells[k];
         }
         if (!inside) continue;
         count_[i] += add_strips(first_[i] + count_[i],
-                                {static_cast<std::ptrdiff_t>(i), at[2] * cells_[1] + at[1], at[0], end - begin,
-                                 fraction.data() + row * stride + begin, arm, drag_of_curvature<D>(1 / body.radius)});
+                                {static_cast<std::ptrdiff_t>(i), 0, at[0], end - begin,
+                                 fraction.data() + row * stride + begin, arm, drag_of_curvature<D>(1 / body.radius)},
+                                at[1], at[2]);
     }
 }
 
-//! Writes the parts of a strip that lie in the domain to strips_[at...]; returns how many there are.
+//! Writes the parts that are stored of a strip in a row (y, z) of the lattice to strips_[at...]; returns how many there
+//! are. Its begin is that in the lattice.
 template <int D>
-std::size_t Coverage<D>::add_strips(std::size_t at, Strip<D> strip)
+std::size_t Coverage<D>::add_strips(std::size_t at, Strip<D> strip, std::ptrdiff_t y, std::ptrdiff_t z)
+{
+    std::ptrdiff_t const nx = layout_->cells()[0];
+    if (!periodic_[0]) return add_within_lattice(at, strip, y, z);
+    std::size_t parts = 0;
+    while (strip.count > 0) {
+        Strip<D> part = strip;
+        part.begin = wrap(strip.begin, nx);
+        part.count = std::min(strip.count, nx - part.begin);
+        parts += add_within_lattice(at + parts, part, y, z);
+        strip.begin += part.count;
+        strip.count -= part.count;
+        strip.fraction += part.count;
+        strip.arm[0] += static_cast<double>(part.count);
+    }
+    return parts;
+}
+
+template <int D>
+std::size_t Coverage<D>::add_within_lattice(std::size_t at, Strip<D> const& strip, std::ptrdiff_t y, std::ptrdiff_t z)
 {
     std::size_t parts = 0;
-    std::ptrdiff_t const nx = cells_[0];
-    while (strip.count > 0) {
-        std::ptrdiff_t const begin = periodic_[0] ? wrap(strip.begin, nx) : std::max<std::ptrdiff_t>(strip.begin, 0);
-        std::ptrdiff_t const skipped = periodic_[0] ? 0 : begin - strip.begin;
-        std::ptrdiff_t const taken = std::min(strip.count - skipped, nx - begin);
-        if (taken <= 0) break;
+    for (std::uint32_t const r : layout_->across(y, z)) {
+        Row const& row = layout_->row(r);
+        std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(strip.begin, row.first),
+                             end = std::min<std::ptrdiff_t>(strip.begin + strip.count, row.first + row.cells),
+                             skipped = begin - strip.begin;
+        if (begin >= end) continue;
         Strip<D>& part = strips_[at + parts++] = strip;
-        part.begin = begin;
-        part.count = taken;
+        part.row = r;
+        part.begin = begin - row.first;
+        part.count = end - begin;
         part.fraction += skipped;
         part.arm[0] += static_cast<double>(skipped);
-        if (!periodic_[0]) break;
-        strip.begin += taken;
-        strip.count -= taken;
-        strip.fraction += taken;
-        strip.arm[0] += static_cast<double>(taken);
     }
     return parts;
 }

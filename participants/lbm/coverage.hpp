@@ -7,7 +7,9 @@
 
 #include "coupler/base/team.hpp"
 #include "participants/lbm/disc_area.hpp"
-#include "participants/lbm/populations.hpp"
+#include "participants/lbm/lattice.hpp"
+#include "participants/lbm/layout.hpp"
+#include "participants/lbm/shared_runs.hpp"
 
 namespace lbm {
 
@@ -23,14 +25,14 @@ struct Body
 
 constexpr std::ptrdiff_t strip_lanes = 4;  //!< cells that loops over a strip take at a time
 
-//! The cells of one row that one body covers. The fractions may be read up to a multiple of strip_lanes; what lies
-//! there is 0, unless the strip ends with the row.
+//! The cells of one row of a layout that one body covers. The fractions may be read up to a multiple of strip_lanes;
+//! what lies there is 0, unless the strip ends with the row.
 template <int D>
 struct Strip
 {
     std::ptrdiff_t body;   //!< index of the body; after the bodies come the patches
-    std::ptrdiff_t row;    //!< of the lattice
-    std::ptrdiff_t begin;  //!< first cell
+    std::ptrdiff_t row;    //!< of the layout
+    std::ptrdiff_t begin;  //!< first cell, in the row
     std::ptrdiff_t count;
     double const* fraction;     //!< solid fraction of each cell [-]
     std::array<double, D> arm;  //!< from the body's centre to the centre of the first cell
@@ -46,6 +48,14 @@ struct Patch
     std::vector<double> fraction{};  //!< shape [z][y][x]
     std::array<double, D> centre{};  //!< torques are about it
     double drag = 0;                 //!< K of its surface, solid_weight.hpp
+
+    //! The fractions of a row of the lattice; nullptr: it has none.
+    double const* row(std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
+    {
+        y -= first[1], z -= first[2];
+        if (y < 0 || y >= size[1] || z < 0 || z >= size[2]) return nullptr;
+        return fraction.data() + (z * size[1] + y) * size[0];
+    }
 };
 
 //! Velocity of a body at the centres of a strip's cells: from the first on it grows by `slope` with each.
@@ -78,10 +88,17 @@ template <int D>
 class Coverage
 {
  public:
-    Coverage(Extent cells, std::array<bool, 3> periodic);
+    //! Keeps the layout's address, and of the patches what lies in cells that are stored.
+    Coverage(Layout const& layout, std::array<bool, 3> periodic, std::vector<Patch<D>> patches = {});
 
-    void set_patches(std::vector<Patch<D>> patches);
-    Patch<D> const& patch(std::size_t i) const noexcept { return patches_[i]; }
+    //! What is left of a patch.
+    struct Kept
+    {
+        std::array<double, D> centre;
+        double volume = 0;                     //!< [cells]
+        std::array<double, D> first_moment{};  //!< of the volume, about the centre [cells^2]
+    };
+    std::vector<Kept> const& patches() const noexcept { return patches_; }
     //! Returns how many bodies' fractions it computed anew.
     std::ptrdiff_t update(std::span<Body<D> const> bodies, sluice::Team& team);
 
@@ -90,6 +107,11 @@ class Coverage
     std::span<Strip<D> const> strips() const noexcept { return strips_; }
     //! Begin and end in strips() of body i's strips, from the lowest row up; after the bodies come the patches.
     std::array<std::size_t, 2> of_body(std::size_t i) const noexcept { return {first_[i], first_[i] + count_[i]}; }
+    std::size_t bytes() const noexcept
+    {
+        return sizeof(double) * fraction_.size() + patch_fraction_.bytes() +
+               sizeof(Strip<D>) * (strips_.size() + patch_strips_.size());
+    }
 
  private:
     struct Shape
@@ -100,18 +122,22 @@ class Coverage
     };
 
     void lay_out(std::span<Body<D> const> bodies);
-    void lay_out_patch(std::size_t index, Patch<D> const& patch);
+    void add_patch(Patch<D> const& patch, std::vector<std::size_t>& offsets);
     void cover(std::size_t i, Body<D> const& body);
-    std::size_t add_strips(std::size_t at, Strip<D> strip);
+    std::size_t add_strips(std::size_t at, Strip<D> strip, std::ptrdiff_t y, std::ptrdiff_t z);
+    std::size_t add_within_lattice(std::size_t at, Strip<D> const& strip, std::ptrdiff_t y, std::ptrdiff_t z);
     void sort_by_row();
 
-    Extent cells_;
+    Layout const* layout_;
     std::array<bool, 3> periodic_;
     std::vector<Shape> shape_;                       //!< of the bodies at the last update
     std::vector<std::size_t> box_start_;             //!< in fraction_, for each body
     std::vector<std::size_t> first_, count_, room_;  //!< of each body's strips
     std::vector<double> fraction_;
-    std::vector<Patch<D>> patches_;  //!< rows of size[0] + strip_lanes - 1 fractions, the last of them 0
+    std::vector<Kept> patches_;
+    SharedRuns patch_fraction_;
+    std::vector<Strip<D>> patch_strips_;       //!< `body`: which patch
+    std::vector<std::size_t> patch_start_{0};  //!< in patch_strips_, and its end
     std::vector<Strip<D>> strips_;
     std::vector<std::uint32_t> by_row_, row_start_;
 };

@@ -9,18 +9,48 @@
 namespace lbm {
 namespace {
 
-//! Cell values, lattice units, shape [z][y][x], before they are averaged.
+//! Cell values, lattice units, before they are averaged: of some layers of cells, one row in the plane, one plane in
+//! space, that follow each other along the last axis. Layers beyond a periodic side are those of the other end. Cells
+//! that are not stored are solid at rest.
 template <int D>
 struct Cells
 {
+    static constexpr std::size_t last = D - 1;  //!< axis
     Extent n;
     std::array<bool, 3> periodic;
+    std::ptrdiff_t layers;  //!< held
     std::vector<double> excess{}, fraction{};
     std::array<std::vector<double>, D> velocity{};
 
+    std::size_t layer_size() const { return static_cast<std::size_t>(D == 2 ? n[0] : n[0] * n[1]); }
     std::size_t index(Extent const& at) const
     {
-        return static_cast<std::size_t>((at[2] * n[1] + at[1]) * n[0] + at[0]);
+        auto const layer = static_cast<std::size_t>((at[last] + layers) % layers);
+        return layer * layer_size() + static_cast<std::size_t>(D == 2 ? at[0] : at[1] * n[0] + at[0]);
+    }
+    //! Lets a layer be solid at rest.
+    void clear(std::ptrdiff_t layer)
+    {
+        std::size_t const size = layer_size();
+        Extent at{};
+        at[last] = layer;
+        auto const first = static_cast<std::ptrdiff_t>(index(at));
+        auto const fill = [&](std::vector<double>& v, double value) {
+            v.resize(size * static_cast<std::size_t>(layers));
+            std::fill_n(v.begin() + first, size, value);
+        };
+        fill(excess, 0);
+        fill(fraction, 1);
+        for (auto& component : velocity) fill(component, 0);
+    }
+    //! From a cell on along x.
+    void put(Extent const& cell, RowState<D> const& row)
+    {
+        auto const first = static_cast<std::ptrdiff_t>(index(cell));
+        std::ranges::copy(row.excess, excess.begin() + first);
+        std::ranges::copy(row.fraction, fraction.begin() + first);
+        for (std::size_t axis = 0; axis < D; ++axis)
+            std::ranges::copy(row.velocity[axis], velocity[axis].begin() + first);
     }
     //! d u_a / d x_b by differences of the neighbours; one-sided at an end unless periodic.
     double gradient(std::size_t a, std::size_t b, Extent const& at) const
@@ -28,11 +58,11 @@ struct Cells
         std::ptrdiff_t const i = at[b], count = n[b];
         auto const value = [&](std::ptrdiff_t k) {
             Extent there = at;
-            there[b] = k;
+            there[b] = b == last ? k : (k + count) % count;
             return velocity[a][index(there)];
         };
         if (count < 2) return 0;
-        if (periodic[b]) return 0.5 * (value((i + 1) % count) - value((i + count - 1) % count));
+        if (periodic[b]) return 0.5 * (value(i + 1) - value(i - 1));
         if (i == 0) return value(1) - value(0);
         if (i == count - 1) return value(count - 1) - value(count - 2);
         return 0.5 * (value(i + 1) - value(i - 1));
@@ -47,6 +77,28 @@ struct Cells
     }
 };
 
+//! Excess, fraction, velocity and vorticity of a block of k cells each way.
+template <int D>
+std::array<double, 2 + D + spins<D>> mean_over(Cells<D> const& c, Extent const& block, std::ptrdiff_t k)
+{
+    std::array<double, 2 + D + spins<D>> sum{};
+    double cells = 0;
+    auto const end = [&](std::size_t axis) { return std::min(block[axis] * k + k, c.n[axis]); };
+    for (std::ptrdiff_t z = block[2] * k; z < end(2); ++z)
+        for (std::ptrdiff_t y = block[1] * k; y < end(1); ++y)
+            for (std::ptrdiff_t x = block[0] * k; x < end(0); ++x) {
+                std::size_t const at = c.index({x, y, z});
+                auto const curl = c.curl({x, y, z});
+                sum[0] += c.excess[at];
+                sum[1] += c.fraction[at];
+                for (std::size_t axis = 0; axis < D; ++axis) sum[2 + axis] += c.velocity[axis][at];
+                for (std::size_t axis = 0; axis < spins<D>; ++axis) sum[2 + D + axis] += curl[axis];
+                cells += 1;
+            }
+    for (double& value : sum) value /= cells;
+    return sum;
+}
+
 }  // namespace
 
 //! Density excess, and momentum in the place of velocity.
@@ -54,7 +106,7 @@ template <int D>
 void Solver<D>::read_moments(std::ptrdiff_t r, RowState<D>& row) const
 {
     using L = Lattice<D>;
-    auto const n = static_cast<std::size_t>(populations_.nx());
+    auto const n = static_cast<std::size_t>(layout_.row(r).cells);
     row.excess.assign(n, 0.0);
     for (auto& v : row.velocity) v.assign(n, 0.0);
     populations_.visit([&](auto const& rows) {
@@ -73,7 +125,7 @@ void Solver<D>::read_moments(std::ptrdiff_t r, RowState<D>& row) const
 template <int D>
 void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
 {
-    auto const n = static_cast<std::size_t>(populations_.nx());
+    auto const n = static_cast<std::size_t>(layout_.row(r).cells);
     std::array<std::vector<double>, D> solid;
     std::vector<double> drag(n, 0.0);
     row.fraction.assign(n, 0.0);
@@ -100,7 +152,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
         double const fluid = 1 - share * row.fraction[x];
         typename Phase<D>::Cell fine;
         double const rho = 1 + row.excess[x];
-        if (phase_) fine = phase_->cell(static_cast<std::size_t>(r * populations_.nx()) + x, j, rho);
+        if (phase_) fine = phase_->cell(static_cast<std::size_t>(r * layout_.cells()[0]) + x, j, rho);
         if (turning_) turn_with_half(relaxation.turn, j[0], j[1], j[2]);
         for (std::size_t axis = 0; axis < D; ++axis)
             row.velocity[axis][x] =
@@ -116,45 +168,35 @@ Fields Solver<D>::fields(int coarsen)
 {
     complete();
     coverage_.update(covering(), team_);
-    Cells<D> c{.n = {populations_.nx(), populations_.ny(), populations_.nz()}, .periodic = walls_.periodic()};
-    RowState<D> row;
-    auto const append = [](std::vector<double>& to, std::vector<double> const& more) {
-        to.insert(to.end(), more.begin(), more.end());
-    };
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
-        read_row(r, row);
-        append(c.excess, row.excess);
-        append(c.fraction, row.fraction);
-        for (std::size_t axis = 0; axis < D; ++axis) append(c.velocity[axis], row.velocity[axis]);
-    }
     std::ptrdiff_t const k = std::max(coarsen, 1);
     auto const blocks = [&](std::ptrdiff_t n) { return (n + k - 1) / k; };
+    constexpr std::size_t last = D - 1;
+    Cells<D> c{.n = layout_.cells(), .periodic = walls_.periodic(), .layers = k + 2};
+    RowState<D> row;
+    auto const take_layer = [&](std::ptrdiff_t layer) {
+        c.clear(layer);
+        std::ptrdiff_t const at = (layer + c.n[last]) % c.n[last];
+        for (std::ptrdiff_t y = D == 2 ? at : 0; y < (D == 2 ? at + 1 : c.n[1]); ++y)
+            for (std::uint32_t const r : layout_.across(y, D == 2 ? 0 : at)) {
+                read_row(r, row);
+                Extent cell{layout_.row(r).first, y, 0};
+                cell[last] = layer;
+                c.put(cell, row);
+            }
+    };
+    std::ptrdiff_t taken = c.periodic[last] ? -1 : 0;  // layers before
+    auto const take_up_to = [&](std::ptrdiff_t layer) {
+        for (; taken <= std::min(layer, c.periodic[last] ? c.n[last] : c.n[last] - 1); ++taken) take_layer(taken);
+    };
     Fields out;
     out.nx = blocks(c.n[0]), out.ny = blocks(c.n[1]), out.nz = blocks(c.n[2]);
     out.spacing = static_cast<double>(k) * config_.cell;
     LatticeUnits const unit = config_.units();
-    auto const mean = [&](Extent const& block) {
-        std::array<double, 2 + freedoms> sum{};  // excess, fraction, velocity, vorticity
-        double cells = 0;
-        auto const end = [&](std::size_t axis) { return std::min(block[axis] * k + k, c.n[axis]); };
-        for (std::ptrdiff_t z = block[2] * k; z < end(2); ++z)
-            for (std::ptrdiff_t y = block[1] * k; y < end(1); ++y)
-                for (std::ptrdiff_t x = block[0] * k; x < end(0); ++x) {
-                    std::size_t const at = c.index({x, y, z});
-                    auto const curl = c.curl({x, y, z});
-                    sum[0] += c.excess[at];
-                    sum[1] += c.fraction[at];
-                    for (std::size_t axis = 0; axis < D; ++axis) sum[2 + axis] += c.velocity[axis][at];
-                    for (std::size_t axis = 0; axis < spins<D>; ++axis) sum[2 + D + axis] += curl[axis];
-                    cells += 1;
-                }
-        for (double& value : sum) value /= cells;
-        return sum;
-    };
     for (std::ptrdiff_t z = 0; z < out.nz; ++z)
-        for (std::ptrdiff_t y = 0; y < out.ny; ++y)
+        for (std::ptrdiff_t y = 0; y < out.ny; ++y) {
+            take_up_to((D == 2 ? y : z) * k + k);
             for (std::ptrdiff_t x = 0; x < out.nx; ++x) {
-                auto const value = mean({x, y, z});
+                auto const value = mean_over(c, {x, y, z}, k);
                 out.pressure.push_back(unit.pressure(value[0]));
                 out.solid_fraction.push_back(value[1]);
                 for (std::size_t axis = 0; axis < D; ++axis)
@@ -162,6 +204,7 @@ Fields Solver<D>::fields(int coarsen)
                 for (std::size_t axis = 0; axis < spins<D>; ++axis)
                     out.vorticity.push_back(value[2 + D + axis] / config_.step);
             }
+        }
     return out;
 }
 
@@ -171,7 +214,7 @@ double Solver<D>::max_speed()
     complete();
     RowState<D> row;
     double largest = 0;
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
         read_row(r, row);
         for (std::size_t x = 0; x < row.excess.size(); ++x) {
             double square = 0;

@@ -48,7 +48,7 @@ void add_at(typename Links<D>::Impulse& to, std::array<double, D> const& arm, st
 template <int D, class Stored>
 Stored& value(Rows<D, Stored> const& rows, std::size_t q, Extent const& at)
 {
-    return rows.at(q, at[1], at[2])[at[0]];
+    return rows.at(0, q, at[1], at[2])[at[0]];
 }
 
 //! Density excess and momentum of a cell; half of the body force is not in it.

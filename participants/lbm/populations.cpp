@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
-#include <vector>
 
 #include "coupler/base/error.hpp"
 
@@ -14,9 +13,8 @@ namespace {
 
 constexpr std::size_t line_bytes = 64;        //!< of the cache
 constexpr std::size_t huge_page = 2UL << 20;  //!< [B]
-//! Steps between two moves back: 1 % of the traffic (lbm_bench); in space, of the directions that leave their plane: 3
-//! %, for an eighth more of a lattice of 128 planes.
-constexpr std::ptrdiff_t slack_rows = 100, slack_planes = 16;
+//! Steps between two moves back of the directions that leave along x: a half per cent of the traffic.
+constexpr std::ptrdiff_t slack = 128;
 
 constexpr std::ptrdiff_t round_up(std::ptrdiff_t n, std::ptrdiff_t to)
 {
@@ -29,37 +27,39 @@ constexpr std::ptrdiff_t pad(std::ptrdiff_t n, std::ptrdiff_t line)
     return (round_up(n, line) / line | 1) * line;
 }
 
-//! A row's cells with a ghost at each end, in whole cache lines, but not so many that rows above one another fall into
-//! one set.
+//! Cells of a row in whole cache lines; of long rows not so many that rows above one another fall into one set.
 constexpr std::ptrdiff_t row_stride(std::ptrdiff_t cells, std::ptrdiff_t line)
 {
-    std::ptrdiff_t const lines = round_up(cells + 2, line) / line;
-    return (lines % 8 == 0 ? lines + 1 : lines) * line;
+    std::ptrdiff_t const lines = round_up(cells, line) / line;
+    return (lines % 8 == 0 && lines >= 16 ? lines + 1 : lines) * line;
 }
 
 }  // namespace
 
+//! Lays a box's arrays out from `begin` on; returns where they end.
 template <int D>
-std::ptrdiff_t Populations<D>::slack(std::size_t q) const noexcept
+std::ptrdiff_t Populations<D>::add_box(Extent const& size, std::ptrdiff_t begin)
 {
-    return std::abs(Lattice<D>::c[q][2]) > 0 ? slack_planes * plane_ : slack_rows * stride_;
+    Arrays a;
+    for (std::size_t q = 0; q < directions; ++q) {
+        auto const& c = Lattice<D>::c[q];
+        a.rows[q] = size[1] + std::abs(c[1]);
+        a.planes[q] = size[2] + std::abs(c[2]);
+        a.stride[q] = row_stride(size[0] + std::abs(c[0]), line_);
+        a.plane[q] = D == 2 ? a.rows[q] * a.stride[q] : pad(a.rows[q] * a.stride[q], line_);
+        a.begin[q] = begin + (c[0] > 0 ? slack : c[0] < 0 ? 1 : 0);  // the origin moves down as they move up
+        begin += pad(a.planes[q] * a.plane[q] + (c[0] == 0 ? 0 : slack + 1), line_);
+    }
+    arrays_.push_back(a);
+    return begin;
 }
 
 template <int D>
-Populations<D>::Populations(Extent cells, Precision precision, sluice::Team& team)
-    : cells_(cells),
-      precision_(precision),
-      line_(static_cast<std::ptrdiff_t>(line_bytes / bytes_of(precision))),
-      stride_(row_stride(cells[0], line_)),
-      plane_(D == 2 ? 0 : pad((cells[1] + 2) * stride_, line_)),
-      body_((D == 2 ? (cells[1] + 2) * stride_ : (cells[2] + 2) * plane_) + 2 * line_)
+Populations<D>::Populations(Layout const& layout, Precision precision, sluice::Team& team)
+    : layout_(&layout), precision_(precision), line_(static_cast<std::ptrdiff_t>(line_bytes / bytes_of(precision)))
 {
-    std::array<std::ptrdiff_t, Lattice<D>::directions> begin;
     std::ptrdiff_t length = 0;
-    for (std::size_t q = 0; q < begin.size(); ++q) {
-        begin[q] = length;
-        length += pad(body_ + slack(q), line_);
-    }
+    for (Box const& box : layout.boxes()) length = add_box(box.size, length);
     bytes_ = (static_cast<std::size_t>(length) * bytes_of(precision) + huge_page - 1) / huge_page * huge_page;
     memory_.reset(static_cast<std::byte*>(std::aligned_alloc(huge_page, bytes_)));
     sluice::require(memory_ != nullptr, [&] {
@@ -68,11 +68,6 @@ Populations<D>::Populations(Extent cells, Precision precision, sluice::Team& tea
                              sluice::Exit::io);
     });
     madvise(memory_.get(), bytes_, MADV_HUGEPAGE);
-    for (std::size_t q = 0; q < begin.size(); ++q) {
-        std::ptrdiff_t const low = shift(q) > 0 ? slack(q) : 0;  // the origin moves down when the population moves up
-        start_[q] = begin[q] + low + plane_ + stride_ + line_;
-    }
-    origin_ = start_;
     auto const pages = static_cast<std::ptrdiff_t>(bytes_ / huge_page);
     team.share(pages, 1, [&](std::ptrdiff_t from, std::ptrdiff_t to) {
         std::memset(memory_.get() + static_cast<std::size_t>(from) * huge_page, 0,
@@ -81,24 +76,31 @@ Populations<D>::Populations(Extent cells, Precision precision, sluice::Team& tea
 }
 
 template <int D>
+void Populations<D>::move_back(Arrays const& a, std::size_t q)
+{
+    auto const size = static_cast<std::ptrdiff_t>(bytes_of(precision_));
+    int const along = Lattice<D>::c[q][0];
+    std::byte* const first = memory_.get() + (a.begin[q] - (along < 0 ? 1 : 0)) * size;  // with the ghost cell at -1
+    std::memmove(first, first - along * drift_ * size, static_cast<std::size_t>(a.planes[q] * a.plane[q] * size));
+}
+
+template <int D>
 void Populations<D>::stream(sluice::Team& team)
 {
-    std::vector<std::size_t> used_up;
-    for (std::size_t q = 0; q < origin_.size(); ++q) {
-        if (std::abs(origin_[q] - start_[q]) + std::abs(shift(q)) > slack(q)) used_up.push_back(q);
-    }
-    if (!used_up.empty()) {
-        std::ptrdiff_t const before = plane_ + stride_ + 1;  // the ghost corner (-1, -1, -1)
-        auto const size = static_cast<std::size_t>(body_ - 2 * line_ + 2) * bytes_of(precision_);
-        team.share(static_cast<std::ptrdiff_t>(used_up.size()), 1, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            for (std::ptrdiff_t i = begin; i < end; ++i) {
-                std::size_t const q = used_up[static_cast<std::size_t>(i)];
-                std::memmove(slot(start_[q] - before), slot(origin_[q] - before), size);
-                origin_[q] = start_[q];
-            }
+    if (drift_ == slack) {
+        auto const arrays = static_cast<std::ptrdiff_t>(arrays_.size() * directions);
+        team.share(arrays, 1, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                if (Lattice<D>::c[i % directions][0] != 0) move_back(arrays_[i / directions], i % directions);
         });
+        drift_ = 0;
     }
-    for (std::size_t q = 0; q < origin_.size(); ++q) origin_[q] -= shift(q);
+    for (Arrays& a : arrays_)
+        for (std::size_t q = 0; q < directions; ++q) {
+            a.y0[q] = in_ring(a.y0[q] - Lattice<D>::c[q][1], a.rows[q]);
+            a.z0[q] = in_ring(a.z0[q] - Lattice<D>::c[q][2], a.planes[q]);
+        }
+    ++drift_;
 }
 
 template class Populations<2>;

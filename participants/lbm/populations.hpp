@@ -6,10 +6,12 @@
 #include <cstdlib>
 #include <memory>
 #include <type_traits>
+#include <vector>
 
 #include "coupler/base/team.hpp"
 #include "participants/lbm/config.hpp"
 #include "participants/lbm/lattice.hpp"
+#include "participants/lbm/layout.hpp"
 
 namespace lbm {
 
@@ -33,42 +35,36 @@ Slots<D, Stored> typed(AnySlots<D> const& slots) noexcept
     return all;
 }
 
-//! Cells along x, y, z; one along z in the plane.
-using Extent = std::array<std::ptrdiff_t, 3>;
-
 template <int D, class Stored>
 class Rows;
 
-//! The populations f_q - w_q [-], float or double, one array for each direction, shape [q][z][y][x], x fastest, with
-//! one ghost cell all round (in the plane none along z).
+//! The populations f_q - w_q [-], float or double, of all cells of a layout. Places are those in a box.
 //!
 //! Streaming moves no data. A cell's post-collision value stays in its slot and the array's origin moves by -c_q, so
-//! that the neighbour at +c_q finds it where it looks for its own:
-//!     slot of (x, y, z) at step t  =  start_q + (z plane + y stride + x) - t (cz_q plane + cy_q stride + cx_q)
-//! Each array has slack at the end toward which the origin moves; when it is used up the array is moved back
-//! (about 1 % of the time in the plane, 3 % in space). Every cell reads and writes its own slots only: no order, no
-//! races, no second array.
+//! that the neighbour at +c_q finds it where it looks for its own. Each direction of a box is an array of its own,
+//! shape [z][y][x], x fastest, with a ghost cell on the side toward which it moves. Rows and planes are rings: what
+//! left at one end is where the next one comes in. Along x rows are straight, with slack at the array's end; when it is
+//! used up they are moved back (1/2 % of the time). Every cell reads and writes its own slots only: no order, no races,
+//! no second array.
 template <int D>
 class Populations
 {
  public:
-    Populations(Extent cells, Precision precision, sluice::Team& team);  //!< all slots 0: fluid of density 1 at rest
+    //! All slots 0: fluid of density 1 at rest. Keeps the layout's address.
+    Populations(Layout const& layout, Precision precision, sluice::Team& team);
 
-    std::ptrdiff_t nx() const noexcept { return cells_[0]; }
-    std::ptrdiff_t ny() const noexcept { return cells_[1]; }
-    std::ptrdiff_t nz() const noexcept { return cells_[2]; }
-    //! Rows along x, numbered from the lowest y and z on, y fastest.
-    std::ptrdiff_t rows() const noexcept { return cells_[1] * cells_[2]; }
-    std::ptrdiff_t cells() const noexcept { return cells_[0] * rows(); }
-    std::ptrdiff_t stride() const noexcept { return stride_; }  //!< from one row to the next along y
-    std::ptrdiff_t y_of(std::ptrdiff_t row) const noexcept { return D == 2 ? row : row % cells_[1]; }
-    std::ptrdiff_t z_of(std::ptrdiff_t row) const noexcept { return D == 2 ? 0 : row / cells_[1]; }
+    Layout const& layout() const noexcept { return *layout_; }
+    std::ptrdiff_t rows() const noexcept { return layout_->rows(); }
+    std::ptrdiff_t cells() const noexcept { return layout_->stored(); }
 
     Precision precision() const noexcept { return precision_; }
-    AnySlots<D> row(std::ptrdiff_t r) noexcept
+    AnySlots<D> row(std::ptrdiff_t r) const noexcept
     {
+        auto const [box, y, z] = place(r);
+        auto const offset = offsets(box, y, z);
         AnySlots<D> slots;
-        for (std::size_t q = 0; q < Lattice<D>::directions; ++q) slots[q] = slot(offset(q, y_of(r), z_of(r)));
+        for (std::size_t q = 0; q < directions; ++q)
+            slots[q] = memory_.get() + offset[q] * static_cast<std::ptrdiff_t>(bytes_of(precision_));
         return slots;
     }
 
@@ -92,36 +88,67 @@ class Populations
  private:
     template <int E, class Stored>
     friend class Rows;
+    static constexpr std::size_t directions = Lattice<D>::directions;
 
     struct Free
     {
         void operator()(std::byte* p) const noexcept { std::free(p); }
     };
 
-    //! Of direction q of cell (0, y, z), from the memory's begin [populations].
-    std::ptrdiff_t offset(std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
+    //! The arrays of one box, for each direction.
+    struct Arrays
     {
-        return origin_[q] + y * stride_ + z * plane_;
-    }
-    std::byte* slot(std::ptrdiff_t offset) const noexcept
+        using Of = std::array<std::ptrdiff_t, directions>;
+        Of begin;          //!< slot of x = 0 in the first row of the ring, when all slack is left
+        Of stride, plane;  //!< from row to row, from plane to plane
+        Of rows, planes;   //!< in the rings
+        Of y0{}, z0{};     //!< places in the rings of y = 0, z = 0
+    };
+    struct Place
     {
-        return memory_.get() + offset * static_cast<std::ptrdiff_t>(bytes_of(precision_));
-    }
-    std::ptrdiff_t shift(std::size_t q) const noexcept
-    {
-        auto const& c = Lattice<D>::c[q];
-        return c[0] + c[1] * stride_ + c[2] * plane_;
-    }
-    std::ptrdiff_t slack(std::size_t q) const noexcept;
+        std::size_t box;
+        std::ptrdiff_t y, z;
+    };
 
-    Extent cells_;
+    Place place(std::ptrdiff_t r) const noexcept
+    {
+        Row const& row = layout_->row(r);
+        auto const box = static_cast<std::size_t>(row.box);
+        Extent const& first = layout_->boxes()[box].first;
+        return {box, row.y - first[1], row.z - first[2]};
+    }
+    static std::ptrdiff_t in_ring(std::ptrdiff_t i, std::ptrdiff_t n) noexcept
+    {
+        return i < 0 ? i + n : i >= n ? i - n : i;
+    }
+    static std::ptrdiff_t offset(Arrays const& a, std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) noexcept
+    {
+        return a.begin[q] + in_ring(z + a.z0[q], a.planes[q]) * a.plane[q] +
+               in_ring(y + a.y0[q], a.rows[q]) * a.stride[q];
+    }
+    //! Of direction q of cell (0, y, z) of a box, from the memory's begin [populations].
+    std::ptrdiff_t offset(std::size_t box, std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
+    {
+        return offset(arrays_[box], q, y, z) - Lattice<D>::c[q][0] * drift_;
+    }
+    typename Arrays::Of offsets(std::size_t box, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
+    {
+        Arrays const& a = arrays_[box];
+        typename Arrays::Of all;
+        for (std::size_t q = 0; q < directions; ++q) all[q] = offset(a, q, y, z);
+        for (std::size_t q = 0; q < directions; ++q) all[q] -= Lattice<D>::c[q][0] * drift_;
+        return all;
+    }
+    std::ptrdiff_t add_box(Extent const& size, std::ptrdiff_t begin);
+    void move_back(Arrays const& arrays, std::size_t q);
+
+    Layout const* layout_;
     Precision precision_;
     std::ptrdiff_t line_;  //!< populations in a cache line
-    std::ptrdiff_t stride_, plane_, body_;
     std::size_t bytes_ = 0;
     std::unique_ptr<std::byte, Free> memory_;
-    std::array<std::ptrdiff_t, Lattice<D>::directions> start_{};   //!< origin of each array when its slack is whole
-    std::array<std::ptrdiff_t, Lattice<D>::directions> origin_{};  //!< slot of cell (0, 0, 0) now
+    std::vector<Arrays> arrays_;  //!< for each box
+    std::ptrdiff_t drift_ = 0;    //!< steps since rows were moved back
 };
 
 //! Populations as the type that they are stored as: float or double, or const of these.
@@ -134,26 +161,24 @@ class Rows
 
     explicit Rows(Of& of) noexcept : of_(&of) { assert(sizeof(Stored) == bytes_of(of.precision())); }
 
-    std::ptrdiff_t nx() const noexcept { return of_->nx(); }
-    std::ptrdiff_t ny() const noexcept { return of_->ny(); }
-    std::ptrdiff_t nz() const noexcept { return of_->nz(); }
+    Layout const& layout() const noexcept { return of_->layout(); }
     std::ptrdiff_t rows() const noexcept { return of_->rows(); }
-    std::ptrdiff_t stride() const noexcept { return of_->stride(); }
-    std::ptrdiff_t y_of(std::ptrdiff_t row) const noexcept { return of_->y_of(row); }
-    std::ptrdiff_t z_of(std::ptrdiff_t row) const noexcept { return of_->z_of(row); }
+    std::ptrdiff_t nx(std::ptrdiff_t r) const noexcept { return layout().row(r).cells; }
+    std::ptrdiff_t stride(std::size_t box, std::size_t q) const noexcept { return of_->arrays_[box].stride[q]; }
 
-    //! Slot of direction q of cell (0, y, z); valid for -1 <= x <= nx and so on until the next stream().
-    Stored* at(std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
+    //! Slot of direction q of cell (0, y, z) of a box; valid for its cells, and for ghost cells beyond those sides that
+    //! the direction moves toward, until the next stream().
+    Stored* at(std::size_t box, std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
     {
-        return reinterpret_cast<Stored*>(of_->memory_.get()) + of_->offset(q, y, z);
+        return reinterpret_cast<Stored*>(of_->memory_.get()) + of_->offset(box, q, y, z);
     }
-    Stored* row(std::size_t q, std::ptrdiff_t r) const noexcept { return at(q, y_of(r), z_of(r)); }
-    Slots<D, Stored> row(std::ptrdiff_t r) const noexcept
+    //! The same of a row's first cell.
+    Stored* row(std::size_t q, std::ptrdiff_t r) const noexcept
     {
-        Slots<D, Stored> slots;
-        for (std::size_t q = 0; q < slots.size(); ++q) slots[q] = row(q, r);
-        return slots;
+        auto const [box, y, z] = of_->place(r);
+        return at(box, q, y, z);
     }
+    Slots<D, Stored> row(std::ptrdiff_t r) const noexcept { return typed<D, Stored>(of_->row(r)); }
 
  private:
     Of* of_;

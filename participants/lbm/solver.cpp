@@ -6,8 +6,7 @@
 #include <numeric>
 
 #include "coupler/base/error.hpp"
-#include "participants/lbm/solid_weight.hpp"
-#include "participants/lbm/solids.hpp"
+#include "participants/lbm/live_cells.hpp"
 
 namespace lbm {
 namespace {
@@ -17,16 +16,6 @@ using sluice::require;
 
 constexpr std::ptrdiff_t rows_a_chunk = 4;  //!< handed to a thread at a time
 constexpr std::int64_t watch_every = 64;    //!< steps
-
-Config checked(Config const& config)
-{
-    std::string text;
-    for (Issue const& issue : find_issues(config))
-        if (issue.refused)
-            text.append(text.empty() ? "fluid: " : "\nfluid: ").append(issue.key).append(" = ").append(issue.text);
-    require(text.empty(), [&] { return Error(text); });
-    return config;
-}
 
 //! 4 s (1 - s) at every half cell, 0 at both edges of the domain.
 std::vector<double> parabola(std::ptrdiff_t cells)
@@ -57,127 +46,30 @@ Boundary boundary_lu(Config const& c, std::size_t s)
 }
 
 template <int D>
-Walls walls_lu(Config const& c, Relaxation const& relaxation)
+Walls walls_lu(Config const& c, Relaxation const& relaxation, Layout const& layout,
+               std::vector<Patch<D>> const& patches)
 {
     Walls walls{};
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) walls.side[s / 2][s % 2] = boundary_lu<D>(c, s);
     walls.even_rate = relaxation.shear;
-    walls.row_ends = row_ends<D>(walls, c.cells());
+    walls.entrances = find_entrances<D>(walls, layout, [&](Extent const& cell) { return solid_at(patches, cell); });
     return walls;
 }
 
-//! One row's solids; each thread keeps its own. Strips are worked on in whole lanes: beyond the row's end lie cells
-//! that take what a strip cut off there has left, and exchange nothing.
-struct RowBuffer
-{
-    std::vector<double> fraction, drag, lag, weight, open, ease, force_rate;
-    std::array<std::vector<double>, 3> momentum, force;
-    std::vector<char> touched;  //!< for each block
-
-    void resize(std::ptrdiff_t nx)
-    {
-        auto const n = static_cast<std::size_t>(nx + strip_lanes);
-        if (fraction.size() == n) return;
-        for (auto* v : {&fraction, &drag, &lag, &weight, &open, &ease, &force_rate}) v->assign(n, 0.0);
-        for (auto* vectors : {&momentum, &force})
-            for (auto& v : *vectors) v.assign(n, 0.0);
-        touched.resize(n / block + 1);
-    }
-    SolidRow view()
-    {
-        return {fraction.data(),
-                weight.data(),
-                open.data(),
-                ease.data(),
-                {momentum[0].data(), momentum[1].data(), momentum[2].data()},
-                force_rate.data(),
-                {force[0].data(), force[1].data(), force[2].data()}};
-    }
-    SolidRowInput input()
-    {
-        return {
-            fraction.data(), weight.data(), open.data(), {momentum[0].data(), momentum[1].data(), momentum[2].data()}};
-    }
-};
-
-thread_local RowBuffer buffer;
-
+//! Solids finer than a cell and interpolated surfaces have arrays over the whole lattice: then all of it is stored.
 template <int D>
-void find_weights(std::ptrdiff_t begin, std::ptrdiff_t end, double tau, RowBuffer& row)
+Layout layout_of(Config const& c, std::vector<Patch<D>> const& patches, std::vector<Box> boxes)
 {
-    double const *const fraction = row.fraction.data(), *const drag = row.drag.data(), *const lag = row.lag.data();
-    double *const weight = row.weight.data(), *const open = row.open.data(), *const ease = row.ease.data();
-#pragma omp simd
-    for (std::ptrdiff_t x = begin; x < end; ++x) {
-        weight[x] = weight_per_fraction(fraction[x], drag[x], tau);
-        open[x] = open_share(fraction[x], lag[x] / std::max(fraction[x], 1e-300));
-        if constexpr (eased_by_inertia<D>) ease[x] = ease_per_fraction(fraction[x], drag[x], tau);
+    for (Patch<D> const& patch : patches) {
+        auto const cells = static_cast<std::size_t>(patch.size[0] * patch.size[1] * patch.size[2]);
+        require(patch.fraction.size() == cells, [&] {
+            return Error("fluid: a patch of " + std::to_string(cells) + " cells has " +
+                         std::to_string(patch.fraction.size()) + " fractions.");
+        });
     }
-}
-
-//! Deep inside a body, where all neighbours are covered as well, the fluid takes the body's velocity in one step.
-template <int D>
-void set_core_weight(Strip<D> const& strip, std::span<Body<D> const> bodies, RowBuffer& row)
-{
-    if (strip.body >= static_cast<std::ptrdiff_t>(bodies.size())) return;
-    double const core = bodies[static_cast<std::size_t>(strip.body)].radius - skin<D>;
-    double square = core * core;
-    for (std::size_t k = 1; k < D; ++k) square -= strip.arm[k] * strip.arm[k];
-    if (core <= 0 || square <= 0) return;
-    double const half = std::sqrt(square);
-    auto const first = static_cast<std::ptrdiff_t>(std::ceil(-half - strip.arm[0]));
-    auto const last = static_cast<std::ptrdiff_t>(std::floor(half - strip.arm[0]));
-    double *const weight = row.weight.data() + strip.begin, *const open = row.open.data() + strip.begin,
-                  *const ease = row.ease.data() + strip.begin;
-    double const* const fraction = row.fraction.data() + strip.begin;
-    std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(first, 0), end = std::min(last + 1, strip.count);
-#pragma omp simd
-    for (std::ptrdiff_t k = begin; k < end; ++k) {
-        weight[k] = core_weight / fraction[k];
-        open[k] = 1;
-        ease[k] = 0;
-    }
-}
-
-//! Strips of a row belong to different discs, each with a place of its own in memory.
-template <class T>
-void prefetch(T const* first, std::ptrdiff_t count)
-{
-    constexpr std::size_t line = 64;  // bytes
-    auto const* const begin = reinterpret_cast<char const*>(first);
-    for (std::size_t at = 0; at < static_cast<std::size_t>(count) * sizeof(T); at += line)
-        __builtin_prefetch(begin + at);
-    __builtin_prefetch(begin + static_cast<std::size_t>(count) * sizeof(T) - 1);
-}
-
-//! A strip's cells, rounded up: the fractions beyond its end are 0 or lie beyond the row's end.
-template <int D>
-int whole_lanes(Strip<D> const& strip)
-{
-    auto const count = static_cast<int>((strip.count + strip_lanes - 1) / strip_lanes * strip_lanes);
-    if (count % strip_lanes != 0 || count <= 0) __builtin_unreachable();  // spares the loops a remainder
-    return count;
-}
-
-template <int D>
-void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, double lag, RowBuffer& row)
-{
-    int const count = whole_lanes(strip);
-    double *const fraction = row.fraction.data() + strip.begin, *const drag = row.drag.data() + strip.begin,
-                  *const lags = row.lag.data() + strip.begin;
-    double *const x = row.momentum[0].data() + strip.begin, *const y = row.momentum[1].data() + strip.begin,
-                  *const z = row.momentum[2].data() + strip.begin;
-    double const held = strip.drag;
-#pragma omp simd
-    for (int k = 0; k < count; ++k) {  // int: the machine turns four of them into doubles at once
-        double const f = strip.fraction[k];
-        fraction[k] += f;
-        drag[k] += f * held;
-        lags[k] += f * lag;
-        x[k] += f * v.first[0];
-        y[k] += f * v.at(1, k);
-        if constexpr (D == 3) z[k] += f * v.at(2, k);
-    }
+    if (boxes.empty() && !c.phase && c.surface == Surface::covered)
+        boxes = live_boxes(c.cells(), {c.periodic(0), c.periodic(1), c.periodic(2)}, patches);
+    return boxes.empty() ? Layout(c.cells()) : Layout(c.cells(), std::move(boxes));
 }
 
 //! Share of an inflow that is there at a time, smooth at both ends.
@@ -188,18 +80,34 @@ double grown(double time, double ramp)
 
 }  // namespace
 
+Config const& checked(Config const& config)
+{
+    std::string text;
+    for (Issue const& issue : find_issues(config))
+        if (issue.refused)
+            text.append(text.empty() ? "fluid: " : "\nfluid: ").append(issue.key).append(" = ").append(issue.text);
+    require(text.empty(), [&] { return Error(text); });
+    return config;
+}
+
+//! The solids' fractions are let go before the populations are allocated.
 template <int D>
-Solver<D>::Solver(Config const& config)
+Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes)
     : config_(checked(config)),
       relaxation_(relaxation(config_)),
-      walls_(walls_lu<D>(config_, relaxation_)),
+      layout_(layout_of(config_, patches, std::move(boxes))),
+      walls_(walls_lu<D>(config_, relaxation_, layout_, patches)),
       kernels_(kernels_of<D>(config_)),
+      coverage_(layout_, walls_.periodic(), std::move(patches)),
       team_(config_.threads),
-      populations_(config_.cells(), config_.precision, team_),
-      coverage_(config_.cells(), walls_.periodic()),
-      covered_cells_(static_cast<std::size_t>(populations_.rows()))
+      populations_(layout_, config_.precision, team_),
+      solid_exchange_(coverage_.patches().size()),
+      solid_force_(D * solid_exchange_.size()),
+      solid_torque_(spins<D> * solid_exchange_.size()),
+      covered_cells_(static_cast<std::size_t>(layout_.rows()))
 {
-    set_patches(patches_of<D>(config_));
+    list_rim();
+    list_still_rows();
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
     if (config_.phase) phase_.emplace(config_);
     if (config_.surface == Surface::interpolated) links_.emplace(config_.cells(), walls_.periodic());
@@ -278,7 +186,7 @@ void Solver<D>::step()
     for (auto& pair : walls_.side)
         for (Boundary& side : pair) side.share = grown(static_cast<double>(steps_) + 0.5, side.ramp);
     if (phase_) phase_->spread();
-    team_.share(populations_.rows(), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+    team_.share(layout_.rows(), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (std::ptrdiff_t r = begin; r < end; ++r) collide_row(r);
     });
     if (phase_) phase_->gather(team_);
@@ -301,111 +209,23 @@ void Solver<D>::step()
 template <int D>
 void Solver<D>::collide_row(std::ptrdiff_t r)
 {
-    if (!complete_) enter_row(r);
+    AnySlots<D> const slots = populations_.row(r);
+    if (!complete_) enter_row(r, slots);
     covered_cells_[static_cast<std::size_t>(r)] = 0;
     auto const strips = coverage_.row(r);
-    if (!strips.empty() || (phase_ && phase_->reaches(r))) return collide_covered_row(r, strips);
-    kernels_.fluid(populations_.row(r), 0, populations_.nx(), of_row(r), {});
+    bool const fine = phase_ && phase_->reaches(r);
+    if (!fine && !strips.empty() && all_rest(strips)) return collide_still_row(r, slots, strips);
+    if (fine || !strips.empty()) return collide_covered_row(r, slots, strips);
+    kernels_.fluid(slots, 0, layout_.row(r).cells, of_row(r), {});
 }
 
 template <int D>
-void Solver<D>::enter_row(std::ptrdiff_t r)
+void Solver<D>::enter_row(std::ptrdiff_t r, AnySlots<D> const& slots)
 {
-    populations_.visit([&](auto const& rows) {
-        enter_from_outside(rows, r, walls_);
+    populations_.visit([&]<class Stored>(Rows<D, Stored> const& rows) {
+        enter_from_outside(rows, r, typed<D, Stored>(slots), walls_);
         note_turned(rows, r, walls_);
     });
-}
-
-//! Cuts the row into runs of blocks with and without solids.
-template <int D>
-void Solver<D>::collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t const> strips)
-{
-    std::ptrdiff_t const nx = populations_.nx(), blocks = (nx + block - 1) / block;
-    buffer.resize(nx);
-    std::fill_n(buffer.touched.begin(), blocks, 0);
-    for (std::uint32_t const k : strips) {
-        Strip<D> const& s = coverage_.strips()[k];
-        prefetch(s.fraction, s.count);
-        std::fill(buffer.touched.begin() + s.begin / block,
-                  buffer.touched.begin() + (s.begin + whole_lanes(s) - 1) / block + 1, 1);
-    }
-    if (phase_) phase_->mark(r, buffer.touched);
-    if (r + 1 < populations_.rows())
-        for (std::uint32_t const k : coverage_.row(r + 1)) prefetch(&coverage_.strips()[k], 1);
-    auto const each_run = [&](auto&& run) {
-        for (std::ptrdiff_t first = 0, last = 0; first < blocks; first = last) {
-            char const touched = buffer.touched[static_cast<std::size_t>(first)];
-            while (last < blocks && buffer.touched[static_cast<std::size_t>(last)] == touched) ++last;
-            run(first * block, std::min(last * block, nx), touched != 0);
-        }
-    };
-    each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (!touched) return;
-        for (auto* v : {&buffer.fraction, &buffer.drag, &buffer.lag})
-            std::fill(v->begin() + begin, v->begin() + end, 0.0);
-        for (std::size_t k = 0; k < D; ++k)
-            std::fill(buffer.momentum[k].begin() + begin, buffer.momentum[k].begin() + end, 0.0);
-    });
-    for (std::uint32_t const k : strips) {
-        Strip<D> const& s = coverage_.strips()[k];
-        add_strip(s, StripVelocity<D>(s, covering()), lag_of<D>(s, covering(), relaxation_.tau), buffer);
-    }
-    AnySlots<D> const slots = populations_.row(r);
-    Relaxation const relaxation = of_row(r);
-    each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (!touched) return kernels_.fluid(slots, begin, end, relaxation, {});
-        covered_cells_[static_cast<std::size_t>(r)] += end - begin;
-        find_weights<D>(begin, end, relaxation_.tau, buffer);
-    });
-    for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], covering(), buffer);
-    each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (!touched) return;
-        if (phase_)
-            populations_.visit([&]<class Stored>(Rows<D, Stored> const&) {
-                phase_->add_to_row(r, begin, end, typed<D, Stored>(slots), relaxation, buffer.input());
-            });
-        kernels_.covered(slots, begin, end, relaxation, buffer.view());
-        if (phase_) phase_->take_from_row(r, begin, end, buffer.view());
-    });
-    add_strip_forces(strips, buffer.view());
-}
-
-template <int D>
-void Solver<D>::add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid)
-{
-    for (std::uint32_t const index : strips) {
-        Strip<D> const& s = coverage_.strips()[index];
-        StripVelocity<D> const v(s, covering());
-        double const *const rate = solid.force_rate + s.begin, *const fraction = s.fraction,
-                            *const x = solid.force[0] + s.begin, *const y = solid.force[1] + s.begin,
-                            *const z = solid.force[2] + s.begin;
-        int const count = whole_lanes(s);
-        double force_x = 0, force_y = 0, force_z = 0, moment_y = 0, moment_z = 0;  // moments: with the arm along x
-#pragma omp simd reduction(+ : force_x, force_y, force_z, moment_y, moment_z)
-        for (int k = 0; k < count; ++k) {
-            double const arm = s.arm[0] + static_cast<double>(k);
-            double const fx = fraction[k] * (x[k] - rate[k] * v.first[0]);
-            double const fy = fraction[k] * (y[k] - rate[k] * v.at(1, k));
-            force_x += fx;
-            force_y += fy;
-            moment_y += arm * fy;
-            if constexpr (D == 3) {
-                double const fz = fraction[k] * (z[k] - rate[k] * v.at(2, k));
-                force_z += fz;
-                moment_z += arm * fz;
-            }
-        }
-        if constexpr (D == 2)
-            strip_load_[index] = {force_x, force_y, moment_y - s.arm[1] * force_x};
-        else
-            strip_load_[index] = {force_x,
-                                  force_y,
-                                  force_z,
-                                  s.arm[1] * force_z - s.arm[2] * force_y,
-                                  s.arm[2] * force_x - moment_z,
-                                  moment_y - s.arm[1] * force_x};
-    }
 }
 
 template <int D>
@@ -436,7 +256,7 @@ bool Solver<D>::sum_loads()
     find_solid_loads();
     std::ptrdiff_t covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
     for (std::size_t i = 0; links_ && i < n; ++i) covered += static_cast<std::ptrdiff_t>(links_->cells_in(i));
-    share_.covered_cells = static_cast<double>(covered) / static_cast<double>(populations_.cells());
+    share_.covered_cells = static_cast<double>(covered) / static_cast<double>(layout_.stored());
     return finite;
 }
 

@@ -14,6 +14,8 @@
 #include "participants/lbm/phase.hpp"
 #include "participants/lbm/populations.hpp"
 #include "participants/lbm/relaxation.hpp"
+#include "participants/lbm/solids.hpp"
+#include "participants/lbm/still_rows.hpp"
 #include "participants/lbm/walls.hpp"
 
 namespace lbm {
@@ -51,6 +53,9 @@ struct Share
     double rebuilt_bodies;  //!< whose solid fractions were computed anew, of all bodies [-]
 };
 
+//! The configuration. Throws Error (exit 2) if find_issues() refuses it.
+Config const& checked(Config const& config);
+
 //! Fluid with moving bodies (equations, limits: README.md): D2Q9 with discs, D3Q19 with spheres. SI outside, lattice
 //! units inside.
 template <int D>
@@ -58,7 +63,9 @@ class Solver
 {
  public:
     //! Throws Error (exit 2) if find_issues() refuses the configuration.
-    explicit Solver(Config const& config);
+    explicit Solver(Config const& config) : Solver(config, patches_of<D>(checked(config))) {}
+    //! With solids at rest instead of those of the configuration. Without `boxes` those that hold fluid are stored.
+    Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes = {});
 
     double time_step() const noexcept { return config_.step; }                           //!< [s]
     double time() const noexcept { return static_cast<double>(steps_) * config_.step; }  //!< [s]
@@ -69,7 +76,6 @@ class Solver
     //! Solids finer than a cell, for the next `steps` steps; the configuration has a `phase`.
     void set_phase(PhaseView const& points, std::int64_t steps) { phase_->place(points, steps); }
     std::span<double const> phase_force() { return phase_->force(); }  //!< on each since then [N], mean; [point][D]
-    void set_patches(std::vector<Patch<D>> patches);  //!< solids at rest, instead of those of the configuration
     void set_state(std::function<PointState<D>(std::array<double, D> const& at)> const& state);
     void step();  //!< one time_step(); throws Error (exit 6) if the run blew up
     LoadsView loads() const noexcept { return {force_, torque_}; }  //!< of the last step
@@ -79,17 +85,23 @@ class Solver
     }  //!< the momentum the lattice lost, per step
 
     LoadsView solid_loads() const noexcept { return {solid_force_, solid_torque_}; }  //!< on solids at rest
+    std::vector<double> solid_volumes() const;  //!< of their parts that are stored [cells]
 
     Fields fields(int coarsen = 1);
     double max_speed();  //!< [m/s]
-    double
-    mass();  //!< sum of rho dx^D, solids' fluid included (not that of interpolated bodies) [kg]; in the plane per metre
+    //! Sum of rho dx^D over the cells that are stored, solids' fluid included (not that of interpolated bodies) [kg];
+    //! in the plane per metre.
+    double mass();
     std::array<double, D> momentum();  //!< of the same [N s]
     //! With interpolated surfaces: momentum that came into bodies in the last step with fluid that moves as they do
     //! [N s]; with exchange() it is what the fluid outside has lost.
     std::array<double, D> taken_along() const;
     Share share() const noexcept { return share_; }
-    std::size_t bytes() const noexcept { return populations_.bytes(); }
+    Layout const& layout() const noexcept { return layout_; }
+    std::size_t bytes() const noexcept
+    {
+        return populations_.bytes() + coverage_.bytes() + still_.bytes();
+    }  //!< of all that is large
 
     //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest; of the bodies
     //! `bodies/id`, `bodies/place` (Body, lattice units), `bodies/displaced`; of the bodies of the last step `last/id`,
@@ -107,14 +119,20 @@ class Solver
     void find_field();
     Relaxation of_row(std::ptrdiff_t r) const;
     std::array<double, D> acceleration_at(std::array<double, D> const& place, double const* velocity) const;
-    void enter_row(std::ptrdiff_t r);
+    void enter_row(std::ptrdiff_t r, AnySlots<D> const& slots);
     void collide_row(std::ptrdiff_t r);
-    void collide_covered_row(std::ptrdiff_t r, std::span<std::uint32_t const> strips);
+    void collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
+    bool all_rest(std::span<std::uint32_t const> strips) const;
+    void list_still_rows();
+    void prefetch_next(std::ptrdiff_t r) const;
+    void collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     void add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid);
+    void add_rim_forces(std::ptrdiff_t r, AnySlots<D> const& slots);
     bool sum_loads();
     Motion sum_strips(std::size_t index) const;
     void find_solid_loads();
     void find_loads();
+    void list_rim();
     void check_bodies(BodiesView const& bodies) const;
     std::span<Body<D> const> covering() const  //!< bodies that cover cells in part
     {
@@ -133,6 +151,12 @@ class Solver
     void watch();
     void report_blow_up();
 
+    //! What a row gives to a solid at rest through cells that are not stored [lattice units].
+    struct RimLoad
+    {
+        std::int32_t patch;
+        Motion load;
+    };
     //! The fluid that a body displaces.
     struct Displaced
     {
@@ -158,20 +182,23 @@ class Solver
     };
     std::optional<Turning> turning_;
     std::optional<Phase<D>> phase_;
+    Layout layout_;
     Walls walls_;
     Kernels<D> kernels_;
+    Coverage<D> coverage_;
+    StillRows still_;
+    std::optional<Links<D>> links_;  //!< bodies are surfaces, instead of covering cells
     sluice::Team team_;
     Populations<D> populations_;
-    Coverage<D> coverage_;
-    std::optional<Links<D>> links_;  //!< bodies are surfaces, instead of covering cells
     std::vector<Body<D>> bodies_;
     std::vector<Displaced> displaced_;
     std::vector<std::uint64_t> id_, last_id_;
     std::vector<Past> past_;          //!< of the bodies last_id_
     std::vector<Motion> strip_load_;  //!< force and torque [lattice units]
     std::vector<double> force_, torque_, exchange_, exchange_torque_;
-    std::vector<Motion> solid_exchange_;   //!< of the last step with the patches [N, N m]
-    std::vector<double> solid_displaced_;  //!< mass of fluid in a patch's place [kg]
+    std::vector<Motion> solid_exchange_;  //!< of the last step with the patches [N, N m]
+    std::vector<RimLoad> rim_load_;
+    std::vector<std::uint32_t> rim_start_;  //!< for each row, in rim_load_; and its end
     std::vector<double> solid_force_, solid_torque_;
     std::vector<std::ptrdiff_t> covered_cells_;  //!< for each row
     Share share_{};

@@ -176,35 +176,56 @@ template <int D>
 void Solver<D>::find_solid_loads()
 {
     double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
+    std::vector<Motion> rim(solid_exchange_.size(), Motion{});
+    for (RimLoad const& row : rim_load_)
+        for (std::size_t k = 0; k < freedoms; ++k) rim[static_cast<std::size_t>(row.patch)][k] += row.load[k];
     for (std::size_t i = 0; i < solid_exchange_.size(); ++i) {
         Motion now = sum_strips(bodies_.size() + i);
+        for (std::size_t k = 0; k < freedoms; ++k) now[k] += rim[i][k];
         for (std::size_t k = 0; k < freedoms; ++k) now[k] *= k < D ? force_unit : torque_unit;
         Motion const& last = solid_exchange_[i];
+        auto const& patch = coverage_.patches()[i];
+        double const mass_unit = config_.units().mass_unit();
         constexpr std::array<double, D> rest{};
-        auto const a = acceleration_at(place_of(coverage_.patch(i).centre), rest.data());
-        for (std::size_t k = 0; k < D; ++k)
-            solid_force_[D * i + k] = 0.5 * (now[k] + last[k]) - solid_displaced_[i] * a[k];
-        for (std::size_t k = 0; k < spins<D>; ++k) solid_torque_[spins<D> * i + k] = 0.5 * (now[D + k] + last[D + k]);
+        auto middle = patch.centre;  // of what is stored: the field is linear
+        for (std::size_t k = 0; k < D; ++k) middle[k] += patch.first_moment[k] / std::max(patch.volume, 1e-300);
+        auto const a = acceleration_at(place_of(middle), rest.data());
+        std::array<double, 3> moment{}, field{};
+        for (std::size_t k = 0; k < D; ++k) {
+            solid_force_[D * i + k] = 0.5 * (now[k] + last[k]) - mass_unit * patch.volume * a[k];
+            moment[k] = mass_unit * config_.cell * patch.first_moment[k];
+            field[k] = a[k];
+        }
+        auto const of_field = cross(moment, field);
+        for (std::size_t k = 0; k < spins<D>; ++k)
+            solid_torque_[spins<D> * i + k] = 0.5 * (now[D + k] + last[D + k]) - of_field[D == 2 ? 2 : k];
         solid_exchange_[i] = now;
     }
 }
 
 template <int D>
-void Solver<D>::set_patches(std::vector<Patch<D>> patches)
+std::vector<double> Solver<D>::solid_volumes() const
 {
-    solid_displaced_.clear();
-    for (Patch<D> const& patch : patches) {
-        auto const cells = static_cast<std::size_t>(patch.size[0] * patch.size[1] * patch.size[2]);
-        require(patch.fraction.size() == cells, [&] {
-            return Error(format("fluid: a patch of %zu cells has %zu fractions.", cells, patch.fraction.size()));
-        });
-        double const volume = std::accumulate(patch.fraction.begin(), patch.fraction.end(), 0.0);
-        solid_displaced_.push_back(volume * config_.units().mass_unit());
+    std::vector<double> volumes;
+    for (auto const& patch : coverage_.patches()) volumes.push_back(patch.volume);
+    return volumes;
+}
+
+//! Which solids each row gives to through cells that are not stored.
+template <int D>
+void Solver<D>::list_rim()
+{
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
+        auto const begin = rim_load_.size();
+        rim_start_.push_back(static_cast<std::uint32_t>(begin));
+        for (Entrance const& link : walls_.entrances.of_row(r)) {
+            auto const known = [&](RimLoad const& l) { return l.patch == link.patch; };
+            if (link.patch >= 0 &&
+                std::none_of(rim_load_.begin() + static_cast<std::ptrdiff_t>(begin), rim_load_.end(), known))
+                rim_load_.push_back({link.patch, {}});
+        }
     }
-    solid_exchange_.assign(patches.size(), Motion{});
-    solid_force_.assign(D * patches.size(), 0.0);
-    solid_torque_.assign(spins<D> * patches.size(), 0.0);
-    coverage_.set_patches(std::move(patches));
+    rim_start_.push_back(static_cast<std::uint32_t>(rim_load_.size()));
 }
 
 //! From lattice units [m].
@@ -219,7 +240,8 @@ std::array<double, D> Solver<D>::place_of(std::array<double, D> at) const
 template <int D>
 std::array<double, D> Solver<D>::centre_of(std::ptrdiff_t x, std::ptrdiff_t r) const
 {
-    std::array<std::ptrdiff_t, 3> const cell{x, populations_.y_of(r), populations_.z_of(r)};
+    Row const& row = layout_.row(r);
+    Extent const cell{row.first + x, row.y, row.z};
     std::array<double, D> at;
     for (std::size_t k = 0; k < D; ++k) at[k] = config_.origin[k] + (static_cast<double>(cell[k]) + 0.5) * config_.cell;
     return at;
@@ -234,7 +256,7 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
     auto const set_row = [&](std::ptrdiff_t r, auto const& f) {
         using Stored = std::remove_reference_t<decltype(*f[0])>;
         Relaxation const relaxation = of_row(r);
-        for (std::ptrdiff_t x = 0; x < populations_.nx(); ++x) {
+        for (std::ptrdiff_t x = 0; x < layout_.row(r).cells; ++x) {
             PointState<D> const s = state(centre_of(x, r));
             double const excess = unit.density_excess_lu(s.pressure), rho = 1 + excess;
             std::array<double, D> u = s.velocity;
@@ -266,8 +288,8 @@ template <int D>
 void Solver<D>::complete()
 {
     if (complete_) return;
-    team_.share(populations_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t r = begin; r < end; ++r) enter_row(r);
+    team_.share(layout_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t r = begin; r < end; ++r) enter_row(r, populations_.row(r));
     });
     coverage_.update(covering(), team_);
     if (phase_) phase_->spread();
@@ -292,12 +314,12 @@ double Solver<D>::mass()
     complete();
     RowState<D> row;
     double sum = 0;
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
         read_moments(r, row);
         leave_out_bodies(r, row);
         sum = std::accumulate(row.excess.begin(), row.excess.end(), sum);
     }
-    return (sum + static_cast<double>(populations_.cells())) * config_.units().mass_unit();
+    return (sum + static_cast<double>(layout_.stored())) * config_.units().mass_unit();
 }
 
 template <int D>
@@ -306,7 +328,7 @@ std::array<double, D> Solver<D>::momentum()
     complete();
     RowState<D> row;
     std::array<double, D> sum{};
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
         read_moments(r, row);
         leave_out_bodies(r, row);
         for (std::size_t k = 0; k < D; ++k)
@@ -323,10 +345,10 @@ void Solver<D>::watch()
 {
     complete();
     std::atomic<bool> found = false;
-    team_.share(populations_.rows(), 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+    team_.share(layout_.rows(), 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         populations_.visit([&](auto const& rows) {
             for (std::ptrdiff_t r = begin; r < end; ++r)
-                if (has_blown_up<D>(rows.row(r), rows.nx())) found.store(true, std::memory_order_relaxed);
+                if (has_blown_up<D>(rows.row(r), rows.nx(r))) found.store(true, std::memory_order_relaxed);
         });
     });
     if (found) report_blow_up();
@@ -337,16 +359,17 @@ void Solver<D>::report_blow_up()
 {
     RowState<D> row;
     double const unit = config_.units().velocity_unit();
-    for (std::ptrdiff_t r = 0; r < populations_.rows(); ++r) {
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
         read_row(r, row);
         auto const bad =
-            populations_.visit([&](auto const& rows) { return first_blown_up<D>(rows.row(r), rows.nx()); });
+            populations_.visit([&](auto const& rows) { return first_blown_up<D>(rows.row(r), rows.nx(r)); });
         if (!bad) continue;
         auto const x = static_cast<std::size_t>(*bad);
         double square = 0;
         for (auto const& component : row.velocity) square += component[x] * component[x];
-        std::string place = format("%zu, %td", x, populations_.y_of(r));
-        if constexpr (D == 3) place += format(", %td", populations_.z_of(r));
+        Row const& at = layout_.row(r);
+        std::string place = format("%td, %d", at.first + *bad, at.y);
+        if constexpr (D == 3) place += format(", %d", at.z);
         throw Error(format("fluid: t = %g s (step %lld), cell (%s) at (%s) m: speed %g m/s, density %g of rho_0 (speed "
                            "must stay below %g m/s, density within 0.5 to 1.5). Take a shorter step (a smaller "
                            "lattice_velocity), a smaller cell, or les.",

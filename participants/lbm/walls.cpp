@@ -1,17 +1,26 @@
 #include "participants/lbm/walls.hpp"
 
 #include <algorithm>
+#include <map>
 
 namespace lbm {
 namespace {
 
 //! A cell's place in Boundary::turned.
-template <int D, class Stored>
-std::size_t place_beside(Rows<D, Stored> const& p, std::size_t axis, std::ptrdiff_t x, std::ptrdiff_t y,
-                         std::ptrdiff_t z)
+template <int D>
+std::size_t place_beside(Extent const& n, std::size_t axis, Extent const& cell)
 {
-    std::ptrdiff_t const cell = axis == 0 ? z * p.ny() + y : (axis == 1 ? z : y) * p.nx() + x;
-    return Lattice<D>::directions * static_cast<std::size_t>(cell);
+    auto const [x, y, z] = cell;
+    return Lattice<D>::directions * static_cast<std::size_t>(axis == 0 ? z * n[1] + y : (axis == 1 ? z : y) * n[0] + x);
+}
+
+//! Over the largest velocity of a side's inflow, where the link of direction c into a cell crosses the side.
+double profile(Boundary const& side, std::array<int, 3> const& c, Extent const& cell)
+{
+    double product = 1;
+    for (std::size_t k = 0; k < 3; ++k)
+        if (!side.profile[k].empty()) product *= side.profile[k][static_cast<std::size_t>(2 * cell[k] + 1 - c[k])];
+    return product;
 }
 
 //! Where populations are that come in: direction, and place from that of the cell.
@@ -26,7 +35,7 @@ template <int D>
 struct Entry
 {
     Walls const& walls;
-    std::array<std::ptrdiff_t, 3> const& cells;  //!< of the lattice
+    Extent const& cells;  //!< of the lattice
     std::size_t q;
     std::array<bool, 3> beyond;  //!< along which axes they come from outside
     std::array<int, 3> const& c = Lattice<D>::c[q];
@@ -66,41 +75,101 @@ struct Entry
     }
     //! What a moving wall or the fastest inflow adds.
     double push(Boundary const& side) const { return 6.0 * Lattice<D>::weight[q] * dot(c, side.velocity); }
+};
 
-    //! Over the largest one, where the link crosses the side.
-    double profile(Boundary const& side, std::array<std::ptrdiff_t, 3> const& cell) const
+//! Finds the links of one row after another.
+template <int D>
+class EntranceFinder
+{
+ public:
+    EntranceFinder(Walls const& walls, Layout const& layout, std::function<std::int32_t(Extent const&)> const& solid_at)
+        : walls_(walls), layout_(layout), solid_at_(solid_at)
+    {}
+
+    std::vector<Entrance> of_row(Row const& row)
     {
-        double product = 1;
-        for (std::size_t k = 0; k < D; ++k)
-            if (!side.profile[k].empty()) product *= side.profile[k][static_cast<std::size_t>(2 * cell[k] + 1 - c[k])];
-        return product;
+        links_.clear();
+        Box const& box = layout_.boxes()[static_cast<std::size_t>(row.box)];
+        auto const beside = [&](std::size_t k, std::ptrdiff_t at) {
+            return at >= box.first[k] && at < box.first[k] + box.size[k];
+        };
+        for (std::size_t q = 1; q < Lattice<D>::directions; ++q) {
+            auto const& c = Lattice<D>::c[q];
+            bool const ends_only = beside(1, row.y - c[1]) && beside(2, row.z - c[2]);
+            if (ends_only && c[0] == 0) continue;
+            std::int32_t const begin = ends_only && c[0] < 0 ? row.cells - 1 : 0,
+                               end = ends_only && c[0] > 0 ? 1 : row.cells;
+            for (std::int32_t x = begin; x < end; ++x) add(q, row, x);
+        }
+        return links_;
     }
 
-    template <class Stored>
-    void come(Rows<D, Stored> const& populations, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t y,
-              std::ptrdiff_t z) const
+ private:
+    void add(std::size_t q, Row const& row, std::int32_t x)
     {
-        Stored* const in = populations.at(q, y, z);
-        int const across = axis();
-        auto const [from, place] = source(across);
-        Stored const* const out = populations.at(from, y + place[1], z + place[2]) + place[0];
-        if (across < 0) {
-            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = out[x];
-            return;
+        Entrance const link = find(q, {row.first + x, row.y, row.z}, row.box, x);
+        if (!links_.empty()) {
+            Entrance& last = links_.back();
+            Entrance next = last;
+            next.x = last.x + last.cells;
+            next.cells = 1;
+            if (next == link) return static_cast<void>(++last.cells);
         }
-        auto const k = static_cast<std::size_t>(across);
-        Boundary const& side = side_across(k);
-        double const added = push(side);
-        if (side.kind == Border::wall) {
-            for (std::ptrdiff_t x = begin; x < end; ++x) in[x] = static_cast<Stored>(out[x] + added);
-        } else if (side.kind == Border::inflow) {
-            for (std::ptrdiff_t x = begin; x < end; ++x)
-                in[x] = static_cast<Stored>(out[x] + side.share * profile(side, {x, y, z}) * added);
-        } else {
-            for (std::ptrdiff_t x = begin; x < end; ++x)
-                in[x] = static_cast<Stored>(side.turned[place_beside(populations, k, x, y, z) + q] - out[x]);
-        }
+        links_.push_back(link);
     }
+    Entrance find(std::size_t q, Extent const& cell, std::int32_t box, std::int32_t x) const
+    {
+        auto const& c = Lattice<D>::c[q];
+        Extent const& n = layout_.cells();
+        Entry<D> entry{walls_, n, q, {}};
+        bool outside = false;
+        for (std::size_t k = 0; k < D; ++k) {
+            entry.beyond[k] = cell[k] - c[k] < 0 || cell[k] - c[k] >= n[k];
+            outside = outside || entry.beyond[k];
+        }
+        int const across = outside ? entry.axis() : -1;
+        Source const source = outside ? entry.source(across) : Source{q, {0, 0, 0}};
+        Entrance link{.into = static_cast<std::uint8_t>(q),
+                      .from = 0,
+                      .kind = Border::periodic,
+                      .x = x,
+                      .cells = 1,
+                      .box = box,
+                      .place = {}};
+        if (across >= 0) {
+            Boundary const& side = entry.side_across(static_cast<std::size_t>(across));
+            link.across = static_cast<std::uint8_t>(across);
+            link.kind = side.kind;
+            link.push = side.kind == Border::pressure ? 0.0 : entry.push(side);
+            return from_here(link, source);
+        }
+        Extent left;  // the cell that they left
+        for (std::size_t k = 0; k < 3; ++k) left[k] = cell[k] + source.place[k] - Lattice<D>::c[source.direction][k];
+        link.box = layout_.box_of(left);
+        if (link.box >= 0) return from_there(link, source, box);
+        link.box = box;
+        link.patch = solid_at_(left);
+        return from_here(link, {Lattice<D>::opposite[q], {-c[0], -c[1], -c[2]}});
+    }
+    static Entrance from_here(Entrance link, Source const& source)
+    {
+        link.from = static_cast<std::uint8_t>(source.direction);
+        for (std::size_t k = 0; k < 3; ++k) link.place[k] = static_cast<std::int32_t>(source.place[k]);
+        return link;
+    }
+    Entrance from_there(Entrance link, Source const& source, std::int32_t here) const
+    {
+        Extent const &own = layout_.boxes()[static_cast<std::size_t>(here)].first,
+                     &other = layout_.boxes()[static_cast<std::size_t>(link.box)].first;
+        link = from_here(link, source);
+        for (std::size_t k = 0; k < 3; ++k) link.place[k] += static_cast<std::int32_t>(own[k] - other[k]);
+        return link;
+    }
+
+    Walls const& walls_;
+    Layout const& layout_;
+    std::function<std::int32_t(Extent const&)> const& solid_at_;
+    std::vector<Entrance> links_;
 };
 
 //! For each direction 2 e+(rho of the opening) + (2 - s) (f+ - e+(rho)) of a cell, + the even part, e the shifted
@@ -131,80 +200,90 @@ void note_cell(Rows<D, Stored> const& p, std::ptrdiff_t row, std::ptrdiff_t x, W
                     (2 - walls.even_rate) * (0.5 * (f[q] + f[Lattice<D>::opposite[q]]) - even(q, excess));
 }
 
-//! The ends of a row that lies along no side; those of the next one are on their way from memory then.
-template <int D, class Stored>
-void enter_at_ends(Rows<D, Stored> const& p, std::ptrdiff_t y, std::ptrdiff_t z, std::vector<RowEnd> const& ends)
-{
-    for (RowEnd const& end : ends) {
-        Stored* const into = p.at(end.into, y, z) + end.x;
-        Stored const* const from = p.at(end.from, y + end.dy, z + end.dz) + end.from_x;
-        *into = static_cast<Stored>(*from + end.push);
-        __builtin_prefetch(into + p.stride(), 1);
-        __builtin_prefetch(from + p.stride());
-    }
-}
-
 }  // namespace
 
 template <int D>
-std::vector<RowEnd> row_ends(Walls const& walls, Extent const& cells)
+Entrances find_entrances(Walls const& walls, Layout const& layout,
+                         std::function<std::int32_t(Extent const&)> const& solid_at)
 {
-    std::vector<RowEnd> ends;
-    for (std::size_t q = 1; q < Lattice<D>::directions; ++q) {
-        Entry<D> const entry{walls, cells, q, {true, false, false}};
-        if (entry.c[0] == 0) continue;
-        Boundary const& side = entry.side_across(0);
-        if (side.kind == Border::inflow || side.kind == Border::pressure) return {};
-        int const across = entry.axis();
-        auto const [from, place] = entry.source(across);
-        std::ptrdiff_t const x = entry.c[0] > 0 ? 0 : cells[0] - 1;
-        ends.push_back({q, from, x, x + place[0], place[1], place[2], across < 0 ? 0.0 : entry.push(side)});
+    Entrances all;
+    EntranceFinder<D> finder(walls, layout, solid_at);
+    std::map<std::size_t, std::vector<std::uint32_t>> alike;  // by number of links
+    for (std::ptrdiff_t r = 0; r < layout.rows(); ++r) {
+        auto links = finder.of_row(layout.row(r));
+        auto& candidates = alike[links.size()];
+        auto const found = std::find_if(candidates.rbegin(), candidates.rend(),
+                                        [&](std::uint32_t kind) { return all.kinds[kind] == links; });
+        if (found != candidates.rend()) {
+            all.kind_of.push_back(*found);
+            continue;
+        }
+        candidates.push_back(static_cast<std::uint32_t>(all.kinds.size()));
+        all.kind_of.push_back(candidates.back());
+        all.kinds.push_back(std::move(links));
     }
-    return ends;
+    return all;
 }
 
 template <int D, class Stored>
-void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t row, Walls const& walls)
+void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t r, Slots<D, Stored> const& slots, Walls const& walls)
 {
-    Extent const cells{p.nx(), p.ny(), p.nz()};
-    std::ptrdiff_t const nx = cells[0], y = p.y_of(row), z = p.z_of(row);
-    bool const along_side = y == 0 || y == p.ny() - 1 || (D == 3 && (z == 0 || z == p.nz() - 1));
-    if (!along_side && !walls.row_ends.empty()) return enter_at_ends(p, y, z, walls.row_ends);
-    for (std::size_t q = 1; q < Lattice<D>::directions; ++q) {
-        std::array<int, 3> const& c = Lattice<D>::c[q];
-        Entry<D> entry{walls, cells, q, {}};
-        entry.beyond[1] = y - c[1] < 0 || y - c[1] >= p.ny();
-        entry.beyond[2] = z - c[2] < 0 || z - c[2] >= p.nz();
-        std::ptrdiff_t const begin = c[0] > 0 ? 1 : 0, end = c[0] < 0 ? nx - 1 : nx;
-        if (entry.beyond[1] || entry.beyond[2]) entry.come(p, begin, end, y, z);
-        entry.beyond[0] = true;
-        if (c[0] > 0) entry.come(p, 0, 1, y, z);
-        if (c[0] < 0) entry.come(p, nx - 1, nx, y, z);
+    Layout const& layout = p.layout();
+    Row const& row = layout.row(r);
+    auto const box = static_cast<std::size_t>(row.box);
+    Extent const& first = layout.boxes()[box].first;
+    std::ptrdiff_t const y = row.y - first[1], z = row.z - first[2];
+    for (Entrance const& link : walls.entrances.of_row(r)) {
+        Stored* const in = slots[link.into] + link.x;
+        Stored const* const out =
+            p.at(static_cast<std::size_t>(link.box), link.from, y + link.place[1], z + link.place[2]) + link.x +
+            link.place[0];
+        if (link.cells == 1 && link.kind != Border::inflow && link.kind != Border::pressure) {
+            *in = static_cast<Stored>(*out + link.push);
+            __builtin_prefetch(in + p.stride(box, link.into), 1);  // those of the next row
+            __builtin_prefetch(out + p.stride(static_cast<std::size_t>(link.box), link.from));
+            continue;
+        }
+        Boundary const& side = walls.side[link.across][Lattice<D>::c[link.into][link.across] > 0 ? 0 : 1];
+        auto const cell = [&](std::ptrdiff_t k) { return Extent{row.first + link.x + k, row.y, row.z}; };
+        if (link.kind == Border::inflow) {
+            for (std::ptrdiff_t k = 0; k < link.cells; ++k)
+                in[k] = static_cast<Stored>(out[k] +
+                                            side.share * profile(side, Lattice<D>::c[link.into], cell(k)) * link.push);
+        } else if (link.kind == Border::pressure) {
+            for (std::ptrdiff_t k = 0; k < link.cells; ++k)
+                in[k] = static_cast<Stored>(
+                    side.turned[place_beside<D>(layout.cells(), link.across, cell(k)) + link.into] - out[k]);
+        } else {
+            for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + link.push);
+        }
     }
 }
 
 template <int D, class Stored>
-void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t row, Walls& walls)
+void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls)
 {
-    std::array<std::ptrdiff_t, 3> const cells{p.nx(), p.ny(), p.nz()};
-    std::ptrdiff_t const y = p.y_of(row), z = p.z_of(row);
+    Extent const& cells = p.layout().cells();
+    Row const& row = p.layout().row(r);
     for (std::size_t k = 0; k < D; ++k)
         for (std::size_t end = 0; end < 2; ++end) {
             Boundary& side = walls.side[k][end];
             std::ptrdiff_t const last = end == 0 ? 0 : cells[k] - 1;
-            if (side.kind != Border::pressure || (k > 0 && (k == 1 ? y : z) != last)) continue;
-            std::ptrdiff_t const from = k == 0 ? last : 0, to = k == 0 ? last + 1 : p.nx();
+            if (side.kind != Border::pressure || (k > 0 && (k == 1 ? row.y : row.z) != last)) continue;
+            std::ptrdiff_t const from = k == 0 ? last - row.first : 0, to = k == 0 ? from + 1 : row.cells;
+            if (from < 0 || to > row.cells) continue;
             for (std::ptrdiff_t x = from; x < to; ++x)
-                note_cell(p, row, x, walls, side.density_excess, side.turned.data() + place_beside(p, k, x, y, z));
+                note_cell(p, r, x, walls, side.density_excess,
+                          side.turned.data() + place_beside<D>(cells, k, {row.first + x, row.y, row.z}));
         }
 }
 
-template std::vector<RowEnd> row_ends<2>(Walls const&, Extent const&);
-template std::vector<RowEnd> row_ends<3>(Walls const&, Extent const&);
-template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, Walls const&);
-template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, Walls const&);
-template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, Walls const&);
-template void enter_from_outside(Rows<3, float> const&, std::ptrdiff_t, Walls const&);
+template Entrances find_entrances<2>(Walls const&, Layout const&, std::function<std::int32_t(Extent const&)> const&);
+template Entrances find_entrances<3>(Walls const&, Layout const&, std::function<std::int32_t(Extent const&)> const&);
+template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, Slots<2, double> const&, Walls const&);
+template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, Slots<2, float> const&, Walls const&);
+template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, Slots<3, double> const&, Walls const&);
+template void enter_from_outside(Rows<3, float> const&, std::ptrdiff_t, Slots<3, float> const&, Walls const&);
 template void note_turned(Rows<2, double> const&, std::ptrdiff_t, Walls&);
 template void note_turned(Rows<2, float> const&, std::ptrdiff_t, Walls&);
 template void note_turned(Rows<3, double> const&, std::ptrdiff_t, Walls&);

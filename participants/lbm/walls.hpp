@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "participants/lbm/config.hpp"
@@ -25,12 +27,27 @@ struct Boundary
     std::vector<double> turned{};
 };
 
-//! How populations of one direction enter the first or last cell of a row that lies along no side.
-struct RowEnd
+//! Populations of one direction that enter cells side by side in a row from outside of the row's box.
+struct Entrance
 {
-    std::size_t into, from;            //!< directions
-    std::ptrdiff_t x, from_x, dy, dz;  //!< that of the cell; where they are: x, and rows from it
-    double push;                       //!< what a moving wall adds [-]
+    std::uint8_t into, from;            //!< directions
+    std::uint8_t across = 0;            //!< axis of the side that they come from
+    Border kind;                        //!< of that side; periodic: they come as they left
+    std::int32_t x, cells;              //!< first cell, in the row
+    std::int32_t box;                   //!< where they are
+    std::array<std::int32_t, 3> place;  //!< of where they are, as that box counts, less the cell's, as its own does
+    std::int32_t patch = -1;            //!< the solid, if they come back from cells that are not stored
+    double push = 0;                    //!< what a moving wall or the fastest inflow adds [-]
+    bool operator==(Entrance const&) const = default;
+};
+
+//! Of all rows. Most rows have the same links as others.
+struct Entrances
+{
+    std::vector<std::vector<Entrance>> kinds;
+    std::vector<std::uint32_t> kind_of;  //!< for each row
+
+    std::vector<Entrance> const& of_row(std::ptrdiff_t r) const { return kinds[kind_of[static_cast<std::size_t>(r)]]; }
 };
 
 //! The sides in lattice units.
@@ -39,7 +56,7 @@ struct Walls
     std::array<std::array<Boundary, 2>, 3> side;  //!< the lower and the upper one along x, y, z
     std::array<double, 3> half_force{};           //!< of the body force, which a cell's velocity contains
     double even_rate = 1;                         //!< of the stress [1/step]
-    std::vector<RowEnd> row_ends{};               //!< follow from the sides; empty if one across x is open
+    Entrances entrances{};                        //!< follow from the sides, the boxes and the solids
 
     std::array<bool, 3> periodic() const
     {
@@ -49,20 +66,23 @@ struct Walls
     }
 };
 
-//! The ends of rows of a lattice.
+//! The links of all rows of a layout. `solid_at` names the solid of a cell that is not stored.
 template <int D>
-std::vector<RowEnd> row_ends(Walls const& walls, Extent const& cells);
+Entrances find_entrances(Walls const& walls, Layout const& layout,
+                         std::function<std::int32_t(Extent const&)> const& solid_at);
 
-//! Rewrites the populations that enter a row from ghost cells, before the row collides, from the one that left into
-//! that ghost cell. A wall or an inflow throws it back half-way and adds 6 w_q rho_0 c_q.u (Ladd, J. Fluid Mech. 271
-//! (1994) 285), so that what flows in is rho_0 u; a given density throws it back with the other sign and adds twice the
-//! even part of the equilibrium of that density and the cell's velocity, and (2 - s) times the even part that is not in
-//! equilibrium, the stress (Ginzburg, Verhaeghe and d'Humieres, Commun. Comput. Phys. 3 (2008) 427); a periodic side
-//! takes the one that left on the other side. Links through an edge belong to a wall at
-//! rest, else to the side across the last axis (top and bottom before the others). Touches slots of that row alone, and
-//! may be repeated until note_turned(). A wall without friction takes the one that left in the mirrored direction.
+//! Rewrites the populations that enter a row from outside of its box, before the row collides, from the one that left
+//! into a ghost cell: into that of the box that it left. Cells that are not stored throw it back half-way. A wall or an
+//! inflow throws it back half-way and adds 6 w_q rho_0 c_q.u (Ladd, J. Fluid Mech. 271 (1994) 285), so that what flows
+//! in is rho_0 u; a given density throws it back with the other sign and adds twice the even part of the equilibrium of
+//! that density and the cell's velocity, and (2 - s) times the even part that is not in equilibrium, the stress
+//! (Ginzburg, Verhaeghe and d'Humieres, Commun. Comput. Phys. 3 (2008) 427); a periodic side takes the one that left on
+//! the other side. Links through an edge belong to a wall at rest, else to the side across the last axis (top and
+//! bottom before the others). Touches slots of that row alone, and may be repeated until note_turned(). A wall without
+//! friction takes the one that left in the mirrored direction.
 template <int D, class Stored>
-void enter_from_outside(Rows<D, Stored> const& populations, std::ptrdiff_t row, Walls const& walls);
+void enter_from_outside(Rows<D, Stored> const& populations, std::ptrdiff_t row, Slots<D, Stored> const& slots,
+                        Walls const& walls);
 
 //! Notes what will enter a row's cells beside openings with a given density, once they have all their populations.
 template <int D, class Stored>

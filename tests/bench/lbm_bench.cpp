@@ -11,6 +11,7 @@
 #include <string>
 
 #include "participants/lbm/solver.hpp"
+#include "tests/bench/bent_channel.hpp"
 #include "tests/participants/lbm/plain_lattice.hpp"
 
 namespace {
@@ -61,9 +62,10 @@ template <int D>
 double in_place_bandwidth(int threads, lbm::Extent const& cells)
 {
     sluice::Team team(threads);
-    lbm::Populations<D> populations(cells, lbm::Precision::float64, team);  // the solver's own arrays: huge pages
+    lbm::Layout const layout(cells);
+    lbm::Populations<D> populations(layout, lbm::Precision::float64, team);  // the solver's own arrays: huge pages
     lbm::Rows<D, double> const memory(populations);
-    std::ptrdiff_t const piece = cells[2] * cells[1] * memory.stride();
+    std::ptrdiff_t const piece = cells[2] * cells[1] * cells[0];
     double const bytes = static_cast<double>(lbm::Lattice<D>::directions) * static_cast<double>(piece) * sizeof(double);
     double best = 0;
     for (int repeat = 0; repeat < 6; ++repeat) {
@@ -160,17 +162,24 @@ double rate(lbm::Config const& c, Size const& size, char const* name = nullptr, 
     return best;
 }
 
-//! The same in space: a cube of cells, with `spheres` each way or none.
-double rate_in_space(std::ptrdiff_t side, int threads, lbm::Precision precision, lbm::Operator collision,
-                     double smagorinsky, int spheres, lbm::Surface surface)
+lbm::Config cube(std::ptrdiff_t side, lbm::Precision precision)
 {
     lbm::Config c;
     c.precision = precision;
-    c.surface = surface;
     c.dimension = 3;
     c.cell = c.step = c.density = 1;
     c.size.fill(static_cast<double>(side));
     c.viscosity = 0.01;
+    c.collision = lbm::Operator::trt;
+    return c;
+}
+
+//! The same in space: a cube of cells, with `spheres` each way or none.
+double rate_in_space(std::ptrdiff_t side, int threads, lbm::Precision precision, lbm::Operator collision,
+                     double smagorinsky, int spheres, lbm::Surface surface)
+{
+    lbm::Config c = cube(side, precision);
+    c.surface = surface;
     c.collision = collision;
     c.smagorinsky = smagorinsky;
     c.threads = threads;
@@ -188,6 +197,29 @@ double rate_in_space(std::ptrdiff_t side, int threads, lbm::Precision precision,
         for (std::size_t i = 0; i < position.size(); ++i) position[i] += velocity[i];
         solver.set_bodies({position, velocity, spin, radius});
     });
+}
+
+//! Time and memory of a box of solid with a tenth of fluid in it, by those of the box full of fluid; in turn.
+template <int D>
+void show_tenth(char const* name, lbm::Config const& box, lbm::Config const& with_solids, double fluid, int steps)
+{
+    lbm::Solver<D> full(box), cut(with_solids);
+    double step[2] = {1e9, 1e9};  // [s]
+    for (int block = 0; block < 4; ++block) {
+        auto const best_of = [&](auto& solver, int count, double& best) {
+            auto const start = Clock::now();
+            for (int k = 0; k < count; ++k) solver.step();
+            best = std::min(best, seconds_since(start) / count);
+        };
+        best_of(full, steps, step[0]);
+        best_of(cut, 10 * steps, step[1]);
+    }
+    auto const precision = std::string(", ") + name_of(box.precision);
+    auto const show = [&](char const* what, double share) {
+        note(name, what + precision, share, "", "the fluid's share", share / fluid);
+    };
+    show("time, by full box", step[1] / step[0]);
+    show("memory, by full box", static_cast<double>(cut.bytes()) / static_cast<double>(full.bytes()));
 }
 
 //! The oracle of the tests: two grids, one cell at a time, moments by matrix.
@@ -251,6 +283,19 @@ int main(int argc, char** argv)
             show("D3Q19 TRT + spheres, whole step", lbm::Operator::trt, 0, 8);
             show("D3Q19 TRT + spheres, interpolated, whole step", lbm::Operator::trt, 0, 8, lbm::Surface::interpolated);
         }
+    }
+    for (auto const precision : precisions) {
+        constexpr double tenth = 0.1;
+        lbm::Config const plane = config(size, 1, 0.1, precision), space = cube(2 * side, precision);
+        lbm::Config bent = plane, pipe = space, basin = space;
+        BentChannel<2> const channel(bent.cells(), tenth);
+        channel.add_to(bent);
+        show_tenth<2>("tenth of fluid, bent channel", plane, bent, channel.fluid(), size.steps / 5);
+        BentChannel<3> const duct(pipe.cells(), tenth);
+        duct.add_to(pipe);
+        show_tenth<3>("D3Q19 tenth of fluid, bent duct", space, pipe, duct.fluid(), 2);
+        double const fluid = add_basin<3>(basin, tenth);
+        show_tenth<3>("D3Q19 tenth of fluid, basin", space, basin, fluid, 2);
     }
     double const plain = plain_rate(config(size, 1, 0.1), size);
     note("plain two-grid lattice, MRT + LES", metric(1, precisions[0]), plain / 1e6, "MLUPS", "roofline",

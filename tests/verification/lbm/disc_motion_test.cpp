@@ -53,7 +53,8 @@ lbm::Patch<2> around_a_hole(std::ptrdiff_t side, double radius)
 {
     double const centre = 0.5 * static_cast<double>(side);
     sluice::Team team(1);
-    lbm::Coverage<2> hole({side, side, 1}, {});
+    lbm::Layout const layout({side, side, 1});
+    lbm::Coverage<2> hole(layout, {});
     hole.update(std::vector<lbm::Body<2>>{{{centre, centre}, radius, {}}}, team);
     std::vector<double> wall(static_cast<std::size_t>(side * side), 1.0);
     for (lbm::Strip<2> const& s : hole.strips().first(hole.of_body(0)[1]))
@@ -81,8 +82,7 @@ Cavity turn_in_cavity(double inner, double outer, lbm::Surface surface)
     c.surface = surface;
     double const spin = 0.1 * c.viscosity / (inner * inner);  // Re = 0.1
     double const centre = 0.5 * static_cast<double>(side);
-    lbm::Solver<2> solver(c);
-    solver.set_patches({around_a_hole(side, outer)});
+    lbm::Solver<2> solver(c, {around_a_hole(side, outer)});
     Discs discs;
     discs.add(centre, centre, inner, 0, 0, spin);
     solver.set_bodies(discs.view());
@@ -120,8 +120,7 @@ Swing swing_in_cavity(double radius, double ratio, double beta, lbm::Surface sur
     lbm::Config c = config(side, side, 0.5 + 3 * viscosity);
     c.surface = surface;
     double const centre = 0.5 * static_cast<double>(side), amplitude = 0.02 * radius;
-    lbm::Solver<2> solver(c);
-    solver.set_patches({around_a_hole(side, ratio * radius)});
+    lbm::Solver<2> solver(c, {around_a_hole(side, ratio * radius)});
     double in_phase = 0, out_of_phase = 0;
     for (int k = 0; k < static_cast<int>(6 * period); ++k) {
         double const t = k + 0.5;  // velocities are those of the middle of a step

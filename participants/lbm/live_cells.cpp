@@ -1,0 +1,258 @@
+#include "participants/lbm/live_cells.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+namespace lbm {
+namespace {
+
+constexpr double wholly = 1 - 1e-9;  //!< of a cell: exact fractions, but for rounding
+constexpr std::ptrdiff_t lanes = 8;  //!< cells that are computed with at once
+
+//! For each cell whether solids cover it wholly; shape [z][y][x].
+template <int D>
+std::vector<char> covered_cells(Extent const& n, std::vector<Patch<D>> const& patches)
+{
+    std::vector<char> covered(static_cast<std::size_t>(n[0] * n[1] * n[2]), 0);
+    std::vector<double> sum(static_cast<std::size_t>(n[0]));
+    for (std::ptrdiff_t row = 0; row < n[1] * n[2]; ++row) {
+        std::ranges::fill(sum, 0.0);
+        for (Patch<D> const& patch : patches) {
+            double const* const fraction = patch.row(row % n[1], row / n[1]);
+            if (fraction == nullptr) continue;
+            std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(0, patch.first[0]),
+                                 end = std::min(n[0], patch.first[0] + patch.size[0]);
+            for (std::ptrdiff_t x = begin; x < end; ++x)
+                sum[static_cast<std::size_t>(x)] += fraction[x - patch.first[0]];
+        }
+        std::ranges::transform(sum, covered.begin() + row * n[0], [](double s) { return s >= wholly; });
+    }
+    return covered;
+}
+
+//! Leaves of the marks those whose neighbours along an axis, up to `rim` cells away, are marked as well.
+void erode(std::vector<char>& marked, Extent const& n, std::size_t axis, bool periodic)
+{
+    std::vector<char> const before = marked;
+    std::ptrdiff_t const count = n[axis], step = axis == 0 ? 1 : axis == 1 ? n[0] : n[0] * n[1];
+    auto const cells = static_cast<std::ptrdiff_t>(marked.size());
+    for (std::ptrdiff_t lines = 0; lines < cells; lines += step * count)  // `step` lines lie side by side
+        for (std::ptrdiff_t k = 0; k < count; ++k)
+            for (std::ptrdiff_t away = -rim; away <= rim; ++away) {
+                std::ptrdiff_t const at = periodic ? ((k + away) % count + count) % count : k + away;
+                if (away == 0 || at < 0 || at >= count) continue;
+                char const* const other = before.data() + lines + at * step;
+                char* const here = marked.data() + lines + k * step;
+                for (std::ptrdiff_t i = 0; i < step; ++i) here[i] &= other[i];
+            }
+}
+
+//! Live cells side by side in a row of the lattice.
+struct LiveRun
+{
+    std::ptrdiff_t begin, end, y, z;
+};
+
+std::vector<LiveRun> runs_between(std::vector<char> const& dead, Extent const& n)
+{
+    std::vector<LiveRun> runs;
+    for (std::ptrdiff_t row = 0; row < n[1] * n[2]; ++row) {
+        char const* const at = dead.data() + row * n[0];
+        for (std::ptrdiff_t x = 0; x < n[0];) {
+            if (at[x] != 0) {
+                ++x;
+                continue;
+            }
+            std::ptrdiff_t const begin = x;
+            while (x < n[0] && at[x] == 0) ++x;
+            runs.push_back({begin, x, row % n[1], row / n[1]});
+        }
+    }
+    return runs;
+}
+
+//! Lowest cell and the one after the highest along each axis.
+struct Bounds
+{
+    Extent low{std::numeric_limits<std::ptrdiff_t>::max(), std::numeric_limits<std::ptrdiff_t>::max(),
+               std::numeric_limits<std::ptrdiff_t>::max()};
+    Extent high{-1, -1, -1};
+
+    void add(LiveRun const& run) { add(Bounds{{run.begin, run.y, run.z}, {run.end, run.y + 1, run.z + 1}}); }
+    void add(Bounds const& other)
+    {
+        for (std::size_t k = 0; k < 3; ++k) {
+            low[k] = std::min(low[k], other.low[k]);
+            high[k] = std::max(high[k], other.high[k]);
+        }
+    }
+    bool empty() const { return high[0] < 0; }
+    Box box() const { return {low, {high[0] - low[0], high[1] - low[1], high[2] - low[2]}}; }
+};
+
+//! What a box costs, in cells: rows in whole registers, the links at both their ends, ghost cells.
+double cost(Bounds const& b)
+{
+    if (b.empty()) return 0;
+    constexpr std::ptrdiff_t ends = 8, each = 100;
+    auto const [nx, ny, nz] = b.box().size;
+    std::ptrdiff_t const rows = (ny + 1) * (nz > 1 ? nz + 1 : 1);
+    return static_cast<double>(((nx + lanes - 1) / lanes * lanes + ends) * rows + each);
+}
+
+struct Cut
+{
+    std::size_t axis;
+    std::ptrdiff_t at;
+};
+
+LiveRun part_of(LiveRun run, std::size_t axis, std::ptrdiff_t low, std::ptrdiff_t high)
+{
+    if (axis == 0) {
+        run.begin = std::max(run.begin, low);
+        run.end = std::min(run.end, high);
+    } else if (std::ptrdiff_t const at = axis == 1 ? run.y : run.z; at < low || at >= high) {
+        run.end = run.begin;
+    }
+    return run;
+}
+
+//! The cut into two that costs least, bounds drawn tight around both parts.
+std::optional<Cut> best_cut(std::vector<LiveRun> const& runs, Bounds const& all)
+{
+    std::optional<Cut> best;
+    double least = cost(all);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        auto const slices = static_cast<std::size_t>(all.high[axis] - all.low[axis]);
+        std::vector<Bounds> slice(slices), above(slices + 1);
+        for (LiveRun const& run : runs) {
+            std::ptrdiff_t const begin = axis == 0   ? run.begin
+                                         : axis == 1 ? run.y
+                                                     : run.z,
+                                 end = axis == 0 ? run.end : begin + 1;
+            for (std::ptrdiff_t k = begin; k < end; ++k)
+                slice[static_cast<std::size_t>(k - all.low[axis])].add(part_of(run, axis, k, k + 1));
+        }
+        for (std::size_t k = slices; k-- > 0;) {
+            above[k] = above[k + 1];
+            above[k].add(slice[k]);
+        }
+        Bounds below;
+        for (std::size_t k = 1; k < slices; ++k) {
+            below.add(slice[k - 1]);
+            double const both = cost(below) + cost(above[k]);
+            if (both >= least) continue;
+            least = both;
+            best = Cut{axis, all.low[axis] + static_cast<std::ptrdiff_t>(k)};
+        }
+    }
+    return best;
+}
+
+struct Boxes
+{
+    std::vector<Box> boxes;
+    double cost = 0;
+};
+
+//! Cuts where it saves most; where no single cut saves anything, in the middle, to see whether more cuts do.
+Boxes cut_up(std::vector<LiveRun> const& runs)
+{
+    constexpr std::ptrdiff_t smallest = 12;  // cells, of what is cut in the middle
+    Bounds all;
+    std::ptrdiff_t live = 0;
+    for (LiveRun const& run : runs) {
+        all.add(run);
+        live += run.end - run.begin;
+    }
+    if (all.empty()) return {};
+    Boxes const one{{all.box()}, cost(all)};
+    if (live == one.boxes[0].cells()) return one;
+    auto cut = best_cut(runs, all);
+    if (!cut) {
+        auto const& size = one.boxes[0].size;
+        auto const axis = static_cast<std::size_t>(std::max_element(size.begin(), size.end()) - size.begin());
+        if (size[axis] < 2 * smallest) return one;
+        cut = Cut{axis, all.low[axis] + size[axis] / 2};
+    }
+    Boxes both;
+    for (bool const upper : {false, true}) {
+        std::vector<LiveRun> part;
+        for (LiveRun const& run : runs) {
+            LiveRun const rest =
+                part_of(run, cut->axis, upper ? cut->at : all.low[cut->axis], upper ? all.high[cut->axis] : cut->at);
+            if (rest.begin < rest.end) part.push_back(rest);
+        }
+        Boxes const side = cut_up(part);
+        both.boxes.insert(both.boxes.end(), side.boxes.begin(), side.boxes.end());
+        both.cost += side.cost;
+    }
+    return both.cost < one.cost ? both : one;
+}
+
+bool overlap(Box const& a, Box const& b)
+{
+    for (std::size_t k = 0; k < 3; ++k)
+        if (a.first[k] >= b.first[k] + b.size[k] || b.first[k] >= a.first[k] + a.size[k]) return false;
+    return true;
+}
+
+//! Makes rows longer, into dead cells, to whole registers where there is room: their last cells are slow else.
+void fill_registers(std::vector<Box>& boxes, std::ptrdiff_t nx)
+{
+    for (Box& box : boxes) {
+        std::ptrdiff_t const missing = (lanes - box.size[0] % lanes) % lanes;
+        for (bool const upward : {true, false}) {
+            Box wider = box;
+            wider.size[0] += missing;
+            if (!upward) wider.first[0] -= missing;
+            bool const within = wider.first[0] >= 0 && wider.first[0] + wider.size[0] <= nx;
+            auto const in_the_way = [&](Box const& other) { return &other != &box && overlap(wider, other); };
+            if (!within || std::ranges::any_of(boxes, in_the_way)) continue;
+            box = wider;
+            break;
+        }
+    }
+}
+
+}  // namespace
+
+template <int D>
+std::vector<Box> live_boxes(Extent const& n, std::array<bool, 3> const& periodic, std::vector<Patch<D>> const& patches)
+{
+    constexpr double worth = 0.9;  // of what all cells cost
+    Box const all{{0, 0, 0}, n};
+    if (patches.empty()) return {all};
+    auto dead = covered_cells(n, patches);
+    for (std::size_t axis = 0; axis < D; ++axis) erode(dead, n, axis, periodic[axis]);
+    auto const left_out = static_cast<double>(std::ranges::count(dead, 1));
+    if (left_out < (1 - worth) * static_cast<double>(dead.size())) return {all};
+    Boxes cut = cut_up(runs_between(dead, n));
+    if (cut.boxes.empty() || cut.cost > worth * cost({{0, 0, 0}, n})) return {all};
+    fill_registers(cut.boxes, n[0]);
+    return cut.boxes;
+}
+
+template <int D>
+std::int32_t solid_at(std::vector<Patch<D>> const& patches, Extent const& cell)
+{
+    std::int32_t found = 0;
+    double most = -1;
+    for (std::size_t p = 0; p < patches.size(); ++p) {
+        double const* const fraction = patches[p].row(cell[1], cell[2]);
+        std::ptrdiff_t const x = cell[0] - patches[p].first[0];
+        if (fraction == nullptr || x < 0 || x >= patches[p].size[0] || fraction[x] <= most) continue;
+        most = fraction[x];
+        found = static_cast<std::int32_t>(p);
+    }
+    return found;
+}
+
+template std::vector<Box> live_boxes<2>(Extent const&, std::array<bool, 3> const&, std::vector<Patch<2>> const&);
+template std::vector<Box> live_boxes<3>(Extent const&, std::array<bool, 3> const&, std::vector<Patch<3>> const&);
+template std::int32_t solid_at<2>(std::vector<Patch<2>> const&, Extent const&);
+template std::int32_t solid_at<3>(std::vector<Patch<3>> const&, Extent const&);
+
+}  // namespace lbm

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "participants/lbm/cell_row.hpp"
+#include "participants/lbm/shared_runs.hpp"
+
+namespace lbm {
+
+//! What the collision needs of rows in which all solids rest (SolidRow), found once.
+struct StillRows
+{
+    //! Cells [begin, end) of a row, with or without solids.
+    struct Run
+    {
+        std::ptrdiff_t begin, end;
+        bool touched;
+        std::size_t at;  //!< in numbers
+    };
+    std::vector<Run> runs{};
+    std::vector<std::uint32_t> start{};  //!< for each row, in runs; and its end
+    SharedRuns numbers{};                //!< of each run with solids fractions, weights, open shares and eases
+    std::vector<double> rest{};          //!< momentum of solids in a row: none
+
+    std::span<Run const> of_row(std::ptrdiff_t r) const noexcept
+    {
+        auto const at = static_cast<std::size_t>(r);
+        return {runs.data() + start[at], runs.data() + start[at + 1]};
+    }
+    void add_run(std::ptrdiff_t begin, std::ptrdiff_t end, bool touched, SolidRow const& row)
+    {
+        std::size_t at = 0;
+        if (touched) {
+            std::vector<double> run;
+            for (double const* from : {row.fraction, row.weight, row.open, row.ease})
+                run.insert(run.end(), from + begin, from + end);
+            at = numbers.add(run);
+        }
+        runs.push_back({begin, end, touched, at});
+    }
+    //! Lets a row's arrays be those of a run.
+    void point(Run const& run, SolidRow& row) const noexcept
+    {
+        std::ptrdiff_t const cells = run.end - run.begin;
+        row.fraction = numbers.data(run.at) - run.begin;
+        row.weight = row.fraction + cells;
+        row.open = row.weight + cells;
+        row.ease = row.open + cells;
+    }
+    std::size_t bytes() const noexcept { return numbers.bytes() + sizeof(Run) * runs.size(); }
+};
+
+}  // namespace lbm

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "participants/lbm/config.hpp"
+
+//! Fills a box of the lattice with solid.
+template <int D>
+void add_block(lbm::Config& c, std::array<double, 3> const& from, std::array<double, 3> const& to)
+{
+    lbm::Solid block;
+    block.name = "block";
+    block.shape = lbm::Solid::Shape::box;
+    for (std::size_t k = 0; k < D; ++k) {
+        block.centre[k] = 0.5 * (from[k] + to[k]);
+        block.size[k] = to[k] - from[k];
+    }
+    c.solids.push_back(block);
+}
+
+//! A basin in the lowest corner of a box, the rest solid; each way the same share of the box. Returns the fluid's
+//! share.
+template <int D>
+double add_basin(lbm::Config& c, double share)
+{
+    std::array<double, 3> low{}, basin{}, fluid{};
+    double cells = 1, all = 1;
+    for (std::size_t k = 0; k < D; ++k) {
+        basin[k] = std::round(std::pow(share, 1.0 / D) * c.size[k]);
+        cells *= basin[k];
+        all *= c.size[k];
+    }
+    fluid = c.size;
+    for (std::size_t k = 0; k < D; ++k) {  // beyond the basin along k, within it along those before
+        low[k] = basin[k];
+        add_block<D>(c, low, fluid);
+        low[k] = 0;
+        fluid[k] = basin[k];
+    }
+    return cells / all;
+}
+
+//! A box of cells with a channel from its left side to its right one, once up and once down, cut out of blocks; in
+//! space as high as wide.
+template <int D>
+struct BentChannel
+{
+    double nx, ny, nz;         //!< of the box [cells]
+    double width;              //!< [cells]
+    double corner, low, high;  //!< x of the upright part; y of both others
+
+    //! As wide as makes it `share` of the box, or a little more.
+    BentChannel(lbm::Extent const& cells, double share)
+        : nx(static_cast<double>(cells[0])),
+          ny(static_cast<double>(cells[1])),
+          nz(static_cast<double>(cells[2])),
+          width(1),
+          corner(std::round(0.7 * nx)),
+          low(std::round(0.2 * ny)),
+          high(std::round(0.7 * ny))
+    {
+        while (fluid() < share) ++width;
+    }
+    double fluid() const  //!< of the box [-]
+    {
+        return (nx + high - low) * width * (D == 2 ? 1 : width) / (nx * ny * nz);
+    }
+    void add_to(lbm::Config& c) const
+    {
+        double const front = D == 2 ? 0 : std::round(0.5 * (nz - width)), back = D == 2 ? 0 : front + width;
+        add_block<D>(c, {0, high + width, front}, {nx, ny, back});
+        add_block<D>(c, {0, 0, front}, {corner, high, back});
+        add_block<D>(c, {corner + width, low + width, front}, {nx, high + width, back});
+        add_block<D>(c, {corner, 0, front}, {nx, low, back});
+        if constexpr (D == 3) {
+            add_block<D>(c, {0, 0, 0}, {nx, ny, front});
+            add_block<D>(c, {0, 0, back}, {nx, ny, nz});
+        }
+    }
+};

@@ -1,0 +1,334 @@
+#include "participants/lbm/live_cells.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "coupler/base/error.hpp"
+#include "tests/participants/lbm/kept_populations.hpp"
+
+namespace {
+
+template <int D>
+lbm::Config box_of(std::array<double, 3> const& size)
+{
+    lbm::Config c;
+    c.dimension = D;
+    c.cell = c.step = c.density = 1;
+    c.viscosity = 0.05;
+    c.size = size;
+    c.collision = lbm::Operator::trt;
+    return c;
+}
+
+lbm::Solid block(std::array<double, 3> const& low, std::array<double, 3> const& high)
+{
+    lbm::Solid solid;
+    solid.name = "block";
+    solid.shape = lbm::Solid::Shape::box;
+    for (std::size_t k = 0; k < 3; ++k) {
+        solid.centre[k] = 0.5 * (low[k] + high[k]);
+        solid.size[k] = high[k] - low[k];
+    }
+    return solid;
+}
+
+//! An S of 10 cells across, from the left side to the right one; about a tenth of the box.
+lbm::Config bent_channel()
+{
+    lbm::Config c = box_of<2>({160, 120, 0});
+    c.solids = {block({0, 100.3, 0}, {160, 120, 0}), block({0, 0, 0}, {100, 90, 0}), block({110, 30, 0}, {160, 101, 0}),
+                block({99, 0, 0}, {160, 20, 0})};
+    return c;
+}
+
+template <int D>
+std::vector<lbm::Box> boxes_of(lbm::Config const& c)
+{
+    return lbm::live_boxes(c.cells(), {c.periodic(0), c.periodic(1), c.periodic(2)}, lbm::patches_of<D>(c));
+}
+
+//! Populations of all cells, shape [q][z][y][x]; 0 where none are stored.
+template <int D>
+std::vector<double> by_place(lbm::Solver<D>& solver)
+{
+    auto const kept = populations_of(solver);
+    lbm::Layout const& layout = solver.layout();
+    auto const [nx, ny, nz] = layout.cells();
+    std::vector<double> all(lbm::Lattice<D>::directions * static_cast<std::size_t>(nx * ny * nz), 0.0);
+    auto from = kept.begin();
+    for (std::size_t q = 0; q < lbm::Lattice<D>::directions; ++q)
+        for (std::ptrdiff_t r = 0; r < layout.rows(); ++r) {
+            lbm::Row const& row = layout.row(r);
+            std::ptrdiff_t const to = ((static_cast<std::ptrdiff_t>(q) * nz + row.z) * ny + row.y) * nx + row.first;
+            std::copy_n(from, row.cells, all.begin() + to);
+            from += row.cells;
+        }
+    return all;
+}
+
+//! All cells in two boxes along each of the axes from `first_axis` on, of unequal size.
+template <int D>
+std::vector<lbm::Box> pieces(lbm::Extent const& n, std::size_t first_axis)
+{
+    std::vector<lbm::Box> boxes;
+    for (std::size_t part = 0; part < (D == 2 ? 4 : 8); part += std::size_t{1} << first_axis) {
+        lbm::Box box{{0, 0, 0}, n};
+        for (std::size_t k = first_axis; k < D; ++k) {
+            std::ptrdiff_t const cut = n[k] / 3 + static_cast<std::ptrdiff_t>(k);
+            bool const upper = (part >> k & 1) != 0;
+            box.first[k] = upper ? cut : 0;
+            box.size[k] = upper ? n[k] - cut : cut;
+        }
+        boxes.push_back(box);
+    }
+    return boxes;
+}
+
+//! Sides of all kinds, by number.
+template <int D>
+lbm::Config with_sides(lbm::Config c, int kind)
+{
+    using enum lbm::Border;
+    if (kind == 0) c.walls[lbm::top<D>].velocity = {0.02, 0, 0};
+    if (kind == 1)
+        for (std::size_t k = 0; k < D; ++k) c.set_periodic(k);
+    if (kind == 2) {
+        c.walls[lbm::left] = {.kind = inflow, .velocity = {0.02, 0, 0}, .parabola = true, .ramp = 9};
+        c.walls[lbm::right].kind = pressure;
+        c.walls[lbm::upper_y].kind = slip;
+    }
+    if (kind == 3) {
+        for (lbm::Wall& wall : c.walls) wall.kind = slip;
+        c.set_periodic(0);
+        c.smagorinsky = 0.1;
+        c.acceleration = {1e-5, 0, 0};
+    }
+    return c;
+}
+
+//! Whole rows have the same bits. Cut rows have them where no solid is near: beside solids, cells are computed in
+//! blocks that begin with the row.
+template <int D>
+void check_boxes(lbm::Precision precision, int kind, bool solids)
+{
+    lbm::Config c = with_sides<D>(box_of<D>({25, 22, D == 2 ? 0.0 : 18}), kind);
+    c.precision = precision;
+    if (solids) c.solids = {block({15.3, 4, 3}, {21, 11.2, 9})};
+    lbm::Solver<D> one(c);
+    c.threads = 2;
+    lbm::Solver<D> many(c, lbm::patches_of<D>(c), pieces<D>(c.cells(), solids ? 1 : 0));
+    REQUIRE(many.layout().boxes().size() == (D == 2 ? 4 : 8) / (solids ? 2 : 1));
+    std::vector<double> at(D, 8.2), velocity(D, 0.01), spin(lbm::spins<D>, 1e-3), radius{4.3};
+    for (int k = 0; k < 150; ++k) {  // slack along x is used up after 128
+        for (double& x : at) x += 0.01;
+        for (auto* solver : {&one, &many}) {
+            if (solids) solver->set_bodies({at, velocity, spin, radius});
+            solver->step();
+        }
+    }
+    CHECK(by_place(one) == by_place(many));
+    CHECK(std::ranges::equal(many.loads().force, one.loads().force));
+    CHECK(std::ranges::equal(many.solid_loads().force, one.solid_loads().force));
+    CHECK(many.fields().velocity == one.fields().velocity);
+}
+
+//! A channel along x between blocks, in a box many times as large, and in one that ends where the flow's reach does.
+template <int D>
+void check_against_walls(double offset)
+{
+    lbm::Config large = box_of<D>({16, 60, D == 2 ? 0.0 : 40});
+    large.set_periodic(0);
+    large.acceleration = {1e-5, 0, 0};
+    lbm::Config small = large;
+    double const z0 = D == 2 ? 0 : 12, z1 = D == 2 ? 0 : 24;
+    large.solids = {block({0, 0, 0}, {16, 20 - offset, 40}), block({0, 30 + offset, 0}, {16, 60, 40})};
+    if (D == 3) {
+        large.solids.push_back(block({0, 20 - offset, 0}, {16, 30 + offset, z0}));
+        large.solids.push_back(block({0, 20 - offset, z1}, {16, 30 + offset, 40}));
+    }
+    double const reach = lbm::rim + std::ceil(offset);
+    small.solids = large.solids;
+    small.origin = {0, 20 - reach, D == 2 ? 0 : z0 - lbm::rim};
+    small.size = {16, 10 + 2 * reach, D == 2 ? 0 : z1 - z0 + 2 * lbm::rim};
+    lbm::Solver<D> cut(large), walls(small);
+    REQUIRE(cut.layout().boxes() ==
+            std::vector<lbm::Box>{{{0, static_cast<std::ptrdiff_t>(20 - reach), D == 2 ? 0 : 10}, small.cells()}});
+    CHECK(walls.layout().whole());
+    for (int k = 0; k < 300; ++k) {
+        cut.step();
+        walls.step();
+    }
+    CHECK(populations_of(cut) == populations_of(walls));
+}
+
+}  // namespace
+
+TEST_CASE("live cells: boxes share no cell, and leave out only what is covered as far as the rim")
+{
+    lbm::Config c = bent_channel();
+    lbm::Solid pile;
+    pile.centre = {120, 95, 0};
+    pile.radius = 90;
+    for (bool const round : {false, true}) {
+        if (round) {
+            c.solids = {pile};
+            c.set_periodic(0);
+            c.size = {200, 190, 0};
+        }
+        auto const [nx, ny, nz] = c.cells();
+        auto const boxes = boxes_of<2>(c);
+        CHECK(boxes.size() > 1);
+        std::vector<int> held(static_cast<std::size_t>(nx * ny), 0);
+        for (lbm::Box const& box : boxes)
+            for (std::ptrdiff_t y = 0; y < box.size[1]; ++y)
+                for (std::ptrdiff_t x = 0; x < box.size[0]; ++x)
+                    ++held[static_cast<std::size_t>((box.first[1] + y) * nx + box.first[0] + x)];
+        CHECK(*std::max_element(held.begin(), held.end()) == 1);
+        auto const stored = std::accumulate(held.begin(), held.end(), 0);
+        lbm::Solver<2> whole(c, lbm::patches_of<2>(c), {{{0, 0, 0}, c.cells()}});
+        auto const fraction = whole.fields().solid_fraction;
+        int live = 0;
+        for (std::ptrdiff_t y = 0; y < ny; ++y)
+            for (std::ptrdiff_t x = 0; x < nx; ++x) {
+                bool open = false;
+                for (std::ptrdiff_t dy = -lbm::rim; dy <= lbm::rim; ++dy)
+                    for (std::ptrdiff_t dx = -lbm::rim; dx <= lbm::rim; ++dx) {
+                        std::ptrdiff_t const at = c.periodic(0) ? (x + dx + nx) % nx : x + dx;
+                        bool const inside = at >= 0 && at < nx && y + dy >= 0 && y + dy < ny;
+                        open = open || (inside && fraction[static_cast<std::size_t>((y + dy) * nx + at)] < 1 - 1e-9);
+                    }
+                live += open ? 1 : 0;
+                if (open) CHECK(held[static_cast<std::size_t>(y * nx + x)] == 1);
+            }
+        CHECK(stored < (round ? 1.2 : 1.05) * live);
+    }
+}
+
+TEST_CASE("live cells: small solids leave the lattice in one piece")
+{
+    lbm::Config c = box_of<2>({60, 40, 0});
+    CHECK(boxes_of<2>(c) == std::vector<lbm::Box>{{{0, 0, 0}, c.cells()}});
+    c.solids = {block({20, 10, 0}, {34, 24, 0})};
+    CHECK(boxes_of<2>(c) == std::vector<lbm::Box>{{{0, 0, 0}, c.cells()}});
+}
+
+TEST_CASE_TEMPLATE("live cells: a lattice in many boxes has the bits of one", Axes, std::integral_constant<int, 2>,
+                   std::integral_constant<int, 3>)
+{
+    for (auto const precision : {lbm::Precision::float64, lbm::Precision::float32})
+        for (int kind = 0; kind < 4; ++kind)
+            for (bool const solids : {false, true}) check_boxes<Axes::value>(precision, kind, solids);
+}
+
+TEST_CASE("live cells: rows that are cut beside solids agree to rounding")
+{
+    lbm::Config c = with_sides<2>(box_of<2>({45, 32, 0}), 0);
+    c.solids = {block({15.3, 4, 0}, {31, 21.2, 0})};
+    lbm::Solver<2> one(c), many(c, lbm::patches_of<2>(c), pieces<2>(c.cells(), 0));
+    std::vector<double> const at{11.4, 27}, velocity{0.01, 0}, spin{1e-3}, radius{4.3};
+    for (auto* solver : {&one, &many})
+        for (int k = 0; k < 100; ++k) {
+            solver->set_bodies({at, velocity, spin, radius});
+            solver->step();
+        }
+    auto const a = by_place(one), b = by_place(many);
+    for (std::size_t k = 0; k < a.size(); ++k) CHECK(std::abs(a[k] - b[k]) < 1e-15);  // populations of 0.02
+    for (std::size_t k = 0; k < 2; ++k) {
+        CHECK(std::abs(many.loads().force[k] - one.loads().force[k]) <= 1e-11 * std::abs(one.loads().force[k]));
+        CHECK(std::abs(many.solid_loads().force[k] - one.solid_loads().force[k]) <=
+              1e-11 * std::abs(one.solid_loads().force[k]));
+    }
+}
+
+TEST_CASE("live cells: what is left out is as a wall at rest in its place, bit for bit")
+{
+    for (double const offset : {0.0, 0.25}) {
+        check_against_walls<2>(offset);
+        check_against_walls<3>(offset);
+    }
+}
+
+TEST_CASE("live cells: momentum that solids get is what the lattice loses")
+{
+    lbm::Config c = box_of<2>({100, 90, 0});
+    c.set_periodic(0);
+    c.acceleration = {2e-5, 0, 0};
+    c.solids = {block({0, 0, 0}, {100, 30, 0}), block({0, 62.5, 0}, {100, 90, 0}), block({30, 28, 0}, {80, 50, 0})};
+    lbm::Solver<2> solver(c);
+    REQUIRE(solver.layout().stored() < 0.5 * 100 * 90);
+    double const a = c.acceleration[0], before = solver.momentum()[0];
+    auto const covered = solver.solid_volumes();
+    std::vector<double> exchange(c.solids.size(), 0.0);
+    double lost = 0;
+    int const steps = 400;
+    for (int k = 0; k < steps; ++k) {
+        solver.step();
+        for (std::size_t i = 0; i < exchange.size(); ++i) {
+            exchange[i] = 2 * (solver.solid_loads().force[2 * i] + covered[i] * a) - exchange[i];
+            lost += exchange[i];
+        }
+    }
+    double const given = steps * a * static_cast<double>(solver.layout().stored());
+    CHECK(std::abs(solver.momentum()[0] - before - (given - lost)) <= 1e-10 * given);
+}
+
+TEST_CASE("live cells: a solid with a core that is left out floats up as it should, with the right torque")
+{
+    lbm::Config c = box_of<2>({120, 120, 0});
+    double const g = 1e-5;
+    c.acceleration = {0, -g, 0};
+    c.viscosity = 0.3;
+    c.solids = {block({10, 10, 0}, {110, 110, 0})};
+    auto patches = lbm::patches_of<2>(c);
+    patches[0].centre = {12, 20};  // torque is about it
+    lbm::Solver<2> solver(c, patches);
+    REQUIRE(solver.layout().stored() < 0.5 * 120 * 120);
+    for (int k = 0; k < 8000; ++k) solver.step();
+    double const weight = 100.0 * 100 * g;
+    CHECK(std::abs(solver.solid_loads().force[1] - weight) <= 2e-3 * weight);
+    CHECK(std::abs(solver.solid_loads().force[0]) < 1e-6 * weight);
+    CHECK(std::abs(solver.solid_loads().torque[0] - (60 - 12) * weight) <= 2e-3 * 48 * weight);
+}
+
+TEST_CASE("live cells: a run goes on bit for bit, whatever the number of threads")
+{
+    lbm::Config c = bent_channel();
+    c.walls[lbm::left].kind = lbm::Border::pressure;
+    c.walls[lbm::left].pressure = 1e-3;
+    c.walls[lbm::right].kind = lbm::Border::pressure;
+    lbm::Solver<2> whole(c);
+    c.threads = 2;
+    lbm::Solver<2> resumed(c);
+    sluice::State middle, end, again;
+    for (int k = 0; k < 90; ++k) whole.step();
+    whole.keep(middle);
+    resumed.restore(middle);
+    for (int k = 0; k < 90; ++k) {
+        whole.step();
+        resumed.step();
+    }
+    whole.keep(end);
+    resumed.keep(again);
+    CHECK(end == again);
+    CHECK(std::ranges::equal(whole.solid_loads().force, resumed.solid_loads().force));
+
+    lbm::Solver<2> other(c, lbm::patches_of<2>(c), {{{0, 0, 0}, {160, 120, 1}}});
+    sluice::State kept;
+    other.keep(kept);
+    CHECK_THROWS_AS(resumed.restore(kept), sluice::Error);
+}
+
+TEST_CASE("live cells: what is left out is solid at rest in pictures")
+{
+    lbm::Config const c = bent_channel();
+    lbm::Solver<2> solver(c);
+    solver.step();
+    lbm::Fields const f = solver.fields();
+    CHECK(f.solid_fraction.size() == 160 * 120);
+    CHECK(solver.layout().stored() < 160 * 120 / 4);
+    CHECK(f.solid_fraction[60 * 160 + 20] == 1);
+    CHECK(f.velocity[2 * (60 * 160 + 20)] == 0);
+    CHECK(f.solid_fraction[60 * 160 + 105] == 0);
+}
