@@ -82,7 +82,7 @@ Pair fall(double cells)
 
 }  // namespace
 
-TEST_CASE("C10: two discs draft, kiss and tumble; the load's impulse is the same over the grains' steps")
+TEST_CASE("C10: two discs draft, kiss and tumble, the load's impulse is the same over the grains' steps")
 {
     verification::Stopwatch const watch;
     Pair const got = fall(20);
