@@ -109,12 +109,12 @@ Wall read_wall(sluice::Reader& walls, char const* name, int axis, int side)
         rough.finish();
         return wall;
     }
-    WallKind const kinds[] = {WallKind::roller, WallKind::fixed, WallKind::open};
-    wall.kind = kinds[walls.choice_or(name, 0, {"roller", "fixed", "open"})];
+    WallKind const kinds[] = {WallKind::roller, WallKind::fixed, WallKind::open, WallKind::joined};
+    wall.kind = kinds[walls.choice_or(name, 0, {"roller", "fixed", "open", "periodic"})];
     return wall;
 }
 
-void read_walls(sluice::Reader& r, Config& c)
+void read_walls(sluice::Reader& r, Config& c, Beside const& beside)
 {
     std::optional<sluice::Reader> walls = r.child_if("walls");
     for (int axis = 0; axis < c.dimension; ++axis)
@@ -126,6 +126,24 @@ void read_walls(sluice::Reader& r, Config& c)
             wall.place = side < 0 ? c.origin[a] : c.origin[a] + c.size[a];
             c.walls.push_back(wall);
         }
+    for (int axis = 0; axis < c.dimension; ++axis) {
+        auto const at = static_cast<std::size_t>(2 * axis);
+        bool const low = c.walls[at].kind == WallKind::joined, high = c.walls[at + 1].kind == WallKind::joined;
+        auto const name = [&](std::size_t side) { return sluice::side_name(c.dimension, side); };
+        if (low != high)
+            walls->refuse(name(low ? at : at + 1),
+                          std::string("has no opposite (needs ") + name(low ? at + 1 : at) + ": periodic, too).");
+        if (!low) continue;
+        auto const refuse = [&](bool where, char const* what) {
+            if (where) walls->refuse(name(at), std::string("beside ") + what);
+        };
+        refuse(c.size[at / 2] < 3.5 * c.cell && c.cell > 0, "fewer than four cells (a point would meet itself).");
+        refuse(beside.grains, "a partner's grains (contacts do not reach round). Take another wall.");
+        refuse(beside.fluid, "a partner's fluid. Take another wall.");
+        refuse(beside.rotation != nullptr, "frame: rotating (its pull differs from side to side).");
+        refuse(c.symmetry == Symmetry::axial && axis == 0, "symmetry: axial (the axis is no side).");
+        refuse(r.has("plates"), "plates (contacts do not reach round). Take a wall.");
+    }
     if (walls) walls->finish();
 }
 
@@ -273,7 +291,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     material.finish();
     read_fluid(r, c, beside.fluid);
     c.shared_volume = r.flag_or("shared_volume", is_plastic(c.law));
-    read_walls(r, c);
+    read_walls(r, c, beside);
     read_gates(r, c);
     read_plates(r, c);
     read_column(r, c);

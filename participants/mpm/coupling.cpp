@@ -260,9 +260,9 @@ void run(sluice::Participant& self, Config const& config)
     auto const front_depth = [&] { return config.front_depth.value_or(start.front_depth); };
     std::optional<Recorder<D>> recorder;
     auto const begin_recording = [&](std::optional<double> resumed_at) {
-        bool const spins_up = config.rotation && config.rotation->ramp > 0;
+        bool const works = (config.rotation && config.rotation->ramp > 0) || solver.setup().period.norm() > 0;
         recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash},
-                         Extras{.field_work = spins_up, .grains = edge.exists(), .fluid = fluid.exists()}, resumed_at);
+                         Extras{.field_work = works, .grains = edge.exists(), .fluid = fluid.exists()}, resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
     if (!self.resumes()) {

@@ -40,11 +40,13 @@ class Grid
 {
  public:
     Grid() = default;
-    explicit Grid(std::array<int, D> const& cells)
+    //! `periodic`: along which axes nodes a whole number of domains apart are one.
+    explicit Grid(std::array<int, D> const& cells, std::array<bool, D> const& periodic = {})
     {
         std::size_t all = 1;
         for (std::size_t k = 0; k < D; ++k) {
             count_[k] = cells[k] + 3;  // sides and ring
+            period_[k] = periodic[k] ? cells[k] : 0;
             all *= static_cast<std::size_t>(count_[k]);
         }
         slot_.assign(all, none);
@@ -55,8 +57,10 @@ class Grid
         for (N const& node : nodes_) slot_[place_of(node.index)] = none;
         nodes_.clear();
     }
-    N& reach(std::array<int, D> const& index)
+    N& reach(std::array<int, D> index)
     {
+        for (std::size_t k = 0; k < D; ++k)
+            if (int const n = period_[k]; n > 0) index[k] = (index[k] % n + n) % n;
         std::int32_t& slot = slot_[place_of(index)];
         if (slot == none) {
             slot = static_cast<std::int32_t>(nodes_.size());
@@ -78,7 +82,7 @@ class Grid
         return place;
     }
 
-    std::array<int, D> count_{};
+    std::array<int, D> count_{}, period_{};
     std::vector<std::int32_t> slot_;
     std::vector<N> nodes_;
 };

@@ -49,7 +49,7 @@ bool PackedStep<D>::serves(Setup<D> const& setup)
 {
     return setup.basis != BasisKind::linear && setup.width == Width::fixed && setup.tractions.empty() &&
            (std::holds_alternative<MohrCoulomb>(setup.law) || std::holds_alternative<LinearElastic>(setup.law)) &&
-           setup.symmetry == Symmetry::plane && !setup.one_at_a_time;
+           setup.symmetry == Symmetry::plane && setup.period.isZero(0) && !setup.one_at_a_time;
 }
 
 template <int D>

@@ -14,7 +14,7 @@ namespace mpm {
 //! Columns of the time series that not every run has.
 struct Extras
 {
-    bool field_work = false;  //!< the rate of the frame changes
+    bool field_work = false;  //!< the rate of the frame changes, or sides are joined
     bool grains = false;      //!< the impulse on those of a partner
     bool fluid = false;       //!< the impulse of a partner's fluid
 };

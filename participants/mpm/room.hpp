@@ -18,7 +18,7 @@ std::pair<Vec<D>, Vec<D>> room_of(Setup<D> const& setup)
     Vec<D> low = Vec<D>::Zero(), high;
     for (int k = 0; k < D; ++k) high[k] = setup.cells[static_cast<std::size_t>(k)];
     for (Wall const& wall : setup.walls) {
-        if (wall.kind == WallKind::open || std::isfinite(wall.removed_at)) continue;
+        if (wall.kind == WallKind::open || wall.kind == WallKind::joined || std::isfinite(wall.removed_at)) continue;
         (wall.side < 0 ? low : high)[wall.axis] += wall.side * pressed;
     }
     // nothing gets beyond the axis

@@ -114,6 +114,9 @@ Setup<D> make_setup(Config const& c)
     if (c.rotation) setup.frame.emplace(*c.rotation);
     setup.law = c.law;
     setup.walls = c.walls;
+    for (Wall const& wall : c.walls)
+        if (wall.kind == WallKind::joined)
+            setup.period[wall.axis] = c.cell * setup.cells[static_cast<std::size_t>(wall.axis)];
     auto const own = [](Vec3 const& v) -> Vec<D> { return v.head<D>(); };
     for (Plate<3> const& p : c.plates)
         setup.plates.push_back(

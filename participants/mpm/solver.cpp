@@ -28,6 +28,14 @@ std::string text_of(Vec<D> const& v)
     return text;
 }
 
+template <int D>
+std::array<bool, D> joined_axes(Setup<D> const& setup)
+{
+    std::array<bool, D> joined;
+    for (std::size_t a = 0; a < D; ++a) joined[a] = setup.period[static_cast<int>(a)] > 0;
+    return joined;
+}
+
 std::string number(double value)
 {
     char text[40];
@@ -42,7 +50,7 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
     : setup_(std::move(setup)),
       state_(std::move(state)),
       packed_(1),
-      grid_(setup_.cells),
+      grid_(setup_.cells, joined_axes(setup_)),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
 {
@@ -197,6 +205,7 @@ void Solver<D>::step_plain(double dt)
         }
     state_.time += dt;
     ++state_.steps;
+    bring_round();
     check_places();
     double const work = deform(dt), fallen = work_of_field(field);
     find_speed();
@@ -267,12 +276,29 @@ void Solver<D>::hold_nodes()
     }
 }
 
+//! Points that have left by a joined side come in at the other one. The potential that they have there is what the
+//! field has done on their way round.
+template <int D>
+void Solver<D>::bring_round()
+{
+    for (int a = 0; a < D; ++a) {
+        double const length = setup_.period[a];
+        if (!(length > 0)) continue;
+        for (Point<D>& p : state_.points) {
+            double const round = -length * std::floor((p.place[a] - setup_.origin[a]) / length);
+            if (round == 0) continue;
+            p.place[a] += round;
+            state_.booked.field_work -= p.mass * setup_.gravity[a] * round;
+        }
+    }
+}
+
 template <int D>
 double Solver<D>::work_of_field(Field<D> const& field) const
 {
     double sum = 0;
     for (std::size_t p = 0; p < places_.size(); ++p) {
-        Vec<D> const way = state_.points[p].place - places_[p];
+        Vec<D> const way = setup_.arm(places_[p], state_.points[p].place);
         sum += state_.points[p].mass * field.acceleration(places_[p] + 0.5 * way).dot(way);
     }
     return sum;

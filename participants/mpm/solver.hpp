@@ -86,6 +86,7 @@ class Solver
     std::vector<double> shifts_of_stress() const;
     void share_volume();
     double deform(double dt);
+    void bring_round();
     double work_of_field(Field<D> const& field) const;
     bool field_changes() const;
     void check_places() const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -31,6 +32,7 @@ struct Point
 enum class WallKind
 {
     open,    //!< none: a point that passes it leaves the domain
+    joined,  //!< none: a point that passes it comes in again at the opposite side (periodic)
     fixed,   //!< nothing moves
     roller,  //!< no motion across, free motion along
     rough    //!< no motion into it, Coulomb friction along; may be left
@@ -94,6 +96,7 @@ struct Setup
     Vec<D> origin = Vec<D>::Zero();  //!< lower corner of the domain [m]
     std::array<int, D> cells{};      //!< of the domain along each axis
     double cell = 0;                 //!< h [m]
+    Vec<D> period = Vec<D>::Zero();  //!< from a joined side to the other along each axis [m]; 0: they are not joined
     double half_width = 0;           //!< of a point at the start, in cells
     Width width = Width::fixed;
     Symmetry symmetry = Symmetry::plane;  //!< in the plane
@@ -112,6 +115,15 @@ struct Setup
     std::vector<Wall> walls;
     std::vector<Plate<D>> plates;
     std::vector<Traction<D>> tractions;
+
+    //! From one place to another the nearer way, through joined sides if need be.
+    Vec<D> arm(Vec<D> const& from, Vec<D> const& to) const
+    {
+        Vec<D> way = to - from;
+        for (int a = 0; a < D; ++a)
+            if (period[a] > 0) way[a] -= period[a] * std::round(way[a] / period[a]);
+        return way;
+    }
 };
 
 //! Energies that left the points, since the start [J]; plane: per metre.
@@ -122,7 +134,7 @@ struct Booked
     double damping = 0;        //!< dissipated by Setup::damping
     double numerical = 0;      //!< lost between points and grid, and where a wall stops a node; < 0: gained
     double external_work = 0;  //!< done on the points by tractions, loads, grains and plates
-    double field_work = 0;     //!< done by a frame whose rate changes
+    double field_work = 0;     //!< done by a frame whose rate changes; and what points gain by a way round joined sides
 };
 
 //! What changes.

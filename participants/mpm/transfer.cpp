@@ -84,7 +84,7 @@ void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& 
     Vec<D> const centre = centre_of(setup, point, place);
     at.each(grid, [&](Node<D>& node, double weight, Vec<D> const&) {
         Vec<D> velocity = point.velocity;
-        if (setup.affine) velocity += point.slope * (corner_of<D>(setup, node.index) - centre);
+        if (setup.affine) velocity += point.slope * setup.arm(centre, corner_of<D>(setup, node.index));
         node.*momentum += weight * point.mass * velocity;
     });
 }

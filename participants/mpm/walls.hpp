@@ -12,7 +12,8 @@ template <int D>
 Grip hold(Wall const& wall, Vec<D>& v)
 {
     double const into = wall.side * v[wall.axis];
-    if (wall.kind == WallKind::open || (wall.kind == WallKind::rough && into <= 0)) return Grip::none;
+    if (wall.kind == WallKind::open || wall.kind == WallKind::joined || (wall.kind == WallKind::rough && into <= 0))
+        return Grip::none;
     v[wall.axis] = 0;
     if (wall.kind == WallKind::roller) return Grip::across;
     double const speed = v.norm(), most = wall.friction * into;

@@ -168,6 +168,10 @@ TEST_CASE("config: what cannot run is refused, with the key")
     CHECK(contains(errors(domain + material + column + "gates: [{at: 0.1003, removed_at: 1}]\n"), "grid line"));
     CHECK(contains(errors(domain + material + "bodies: [{velocity: [1, 0]}]\n"), "one of box, ball"));
     CHECK(contains(errors(domain + material + "bodies: [{box: {low: [0.2, 0], high: [0.1, 0.1]}}]\n"), "above it"));
+    std::string const round = domain + material + column + "walls: {left: periodic, right: periodic}\n";
+    CHECK(read(round).walls[1].kind == mpm::WallKind::joined);
+    CHECK(contains(errors(domain + material + column + "walls: {left: periodic}\n"), "needs right: periodic"));
+    CHECK(contains(errors(round + "plates: [{point: [0, 0], normal: [0, 1]}]\n"), "beside plates"));
     std::string const rings = domain + material + column + "symmetry: axial\n";
     CHECK(read(rings).symmetry == mpm::Symmetry::axial);
     CHECK(contains(errors(rings + "basis: spline\n"), "symmetry = axial beside another basis"));
