@@ -5,38 +5,9 @@
 #include <string>
 #include <tuple>
 
-#include "tests/verification/lbm/lattice_case.hpp"
+#include "tests/verification/lbm/disc_array.hpp"
 
 using namespace lattice_case;
-
-namespace {
-
-//! F/(mu U) of one disc in a periodic square of `side` cells [-]. The flow is driven by a force density b on the
-//! fluid's share of each cell; U is the mean over the whole square. In the steady state the disc takes b side^2 (1 -
-//! c), but the pressure gradient that the reference means is b side^2 (Sangani and Acrivos).
-double drag(std::ptrdiff_t side, double diameter, double factor, std::array<double, 2> offset = {0, 0},
-            double tau = 0.6, lbm::Operator collision = lbm::Operator::mrt,
-            lbm::Precision precision = lbm::Precision::float64, lbm::Surface surface = lbm::Surface::covered)
-{
-    lbm::Config c = config(side, side, tau);
-    c.surface = surface;
-    c.precision = precision;
-    c.collision = collision;
-    make_periodic(c, true, true);
-    auto const length = static_cast<double>(side);
-    double const push = 1e-3 * c.viscosity * c.viscosity / (length * length);  // Re far below 0.01
-    c.acceleration = {push, 0};
-    c.hydrodynamic_radius = factor;
-    lbm::Solver<2> solver(c);
-    Discs discs;
-    discs.add(0.5 * length + offset[0], 0.5 * length + offset[1], 0.5 * diameter);
-    solver.set_bodies(discs.view());
-    int const interval = std::max(50, static_cast<int>(length * length / c.viscosity / 150));
-    double const u = run_to_steady(solver, interval, 1e-4, 200000, [&] { return mean_velocity(solver, 0); });
-    return push * length * length / (c.viscosity * u);
-}
-
-}  // namespace
 
 TEST_CASE("L06: Stokes drag on a square array of discs, d = 20 cells (c <= 0.4) and gap = 10 cells")
 {
@@ -54,7 +25,7 @@ TEST_CASE("L06: Stokes drag on a square array of discs, d = 20 cells (c <= 0.4) 
         verification::Stopwatch const watch;
         double const ratio = std::sqrt(4 * row.c / std::numbers::pi);
         double const diameter = ratio * static_cast<double>(row.side);
-        double const got = drag(row.side, diameter, 1);
+        double const got = disc_array_drag(row.side, diameter);
         CHECK(verification::report({"L06", text("F/(mu U) at c=%.2f, d=%.1f dx [-]", row.c, diameter), got, row.drag,
                                     relative(got, row.drag), 0.01, watch.seconds()}));
     }
@@ -68,7 +39,7 @@ TEST_CASE("L06: the same in single precision")
         verification::Stopwatch const watch;
         double const diameter = std::sqrt(4 * c / std::numbers::pi) * static_cast<double>(side);
         auto const with = [&](lbm::Precision precision) {
-            return drag(side, diameter, 1, {0, 0}, 0.6, lbm::Operator::mrt, precision);
+            return disc_array_drag(side, diameter, 1, {0, 0}, 0.6, {.precision = precision});
         };
         double const got = with(lbm::Precision::float32), exact = with(lbm::Precision::float64);
         CHECK(verification::report({"L06", text("single precision, F/(mu U) at c=%.2f, d=%.1f dx [-]", c, diameter),
@@ -84,7 +55,7 @@ TEST_CASE("L06: the same at ten places of the disc within a cell, c = 0.2")
     double const ratio = std::sqrt(0.8 / std::numbers::pi), reference = 51.52694896;
     double low = 1e9, high = 0;
     for (int k = 0; k < 10; ++k) {
-        double const got = drag(40, 40 * ratio, 1, {0.1 * k, std::fmod(0.37 * k, 1.0)});
+        double const got = disc_array_drag(40, 40 * ratio, 1, {0.1 * k, std::fmod(0.37 * k, 1.0)});
         low = std::min(low, got);
         high = std::max(high, got);
     }
@@ -98,7 +69,7 @@ TEST_CASE("L06: the same at tau 0.51 to 2, c = 0.2: with a fixed magic number dr
     double const diameter = 40 * std::sqrt(0.8 / std::numbers::pi), reference = 51.52694896;
     double low = 1e9, high = 0;
     for (double const tau : {0.51, 0.6, 0.8, 1.0, 1.5, 2.0}) {
-        double const got = drag(40, diameter, 1, {0, 0}, tau, lbm::Operator::trt);
+        double const got = disc_array_drag(40, diameter, 1, {0, 0}, tau, {.collision = lbm::Operator::trt});
         std::printf("L06   tau %.2f: F off by %+.2f %%\n", tau, 100 * (got / reference - 1));
         low = std::min(low, got);
         high = std::max(high, got);
@@ -112,8 +83,8 @@ TEST_CASE("L06: the same with an interpolated surface")
     // marks: those of the case, of the ten places and of tau 0.51 to 2
     auto const with = [](std::ptrdiff_t side, double c, std::array<double, 2> offset, double tau = 0.6,
                          lbm::Operator collision = lbm::Operator::mrt) {
-        return drag(side, std::sqrt(4 * c / std::numbers::pi) * static_cast<double>(side), 1, offset, tau, collision,
-                    lbm::Precision::float64, lbm::Surface::interpolated);
+        return disc_array_drag(side, std::sqrt(4 * c / std::numbers::pi) * static_cast<double>(side), 1, offset, tau,
+                               {.collision = collision, .surface = lbm::Surface::interpolated});
     };
     for (auto const& [side, c, reference] :
          {std::tuple{79L, 0.05, 15.55782232}, {40L, 0.2, 51.52694896}, {28L, 0.4, 217.8943147}}) {
@@ -158,7 +129,7 @@ TEST_CASE("L08: permeability of touching discs seen with r = f R, R = 24 cells")
     for (Row const row :
          {Row{0.7, 5.177046115e-3}, Row{0.75, 3.234855899e-3}, Row{0.8, 1.828094177e-3}, Row{0.85, 8.811053635e-4}}) {
         verification::Stopwatch const watch;
-        double const got = 1 / drag(48, 48, row.factor);
+        double const got = 1 / disc_array_drag(48, 48, row.factor);
         // mark: 3 % where the gap holds at least 4 cells
         CHECK(verification::report({"L08", text("k/d^2 at f=%.2f, gap %.1f dx [-]", row.factor, 48 * (1 - row.factor)),
                                     got, row.permeability, relative(got, row.permeability), 0.03, watch.seconds()}));

@@ -28,6 +28,21 @@ inline void make_periodic(lbm::Config& c, bool x, bool y)
     c.set_periodic(1, y);
 }
 
+//! Ways to compute one flow.
+struct Variant
+{
+    lbm::Operator collision = lbm::Operator::mrt;
+    lbm::Precision precision = lbm::Precision::float64;
+    lbm::Surface surface = lbm::Surface::covered;
+
+    void set(lbm::Config& c) const
+    {
+        c.collision = collision;
+        c.precision = precision;
+        c.surface = surface;
+    }
+};
+
 //! Discs that a case moves by hand.
 struct Discs
 {

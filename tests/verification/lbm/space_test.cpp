@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/participants/lbm/surfaces.hpp"
-#include "tests/verification/lbm/lattice_case.hpp"
+#include "tests/verification/lbm/sphere_array.hpp"
 
 //! D3Q19: duct, array of spheres, large-eddy channel. Lattice units.
 using namespace lattice_case;
@@ -16,16 +16,6 @@ using namespace lattice_case;
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-lbm::Config config_in_space(lbm::Extent const& cells, double tau, std::array<bool, 3> periodic)
-{
-    lbm::Config c = config(cells[0], cells[1], tau);
-    c.dimension = 3;
-    c.size[2] = static_cast<double>(cells[2]);
-    c.collision = lbm::Operator::trt;
-    for (std::size_t k = 0; k < 3; ++k) c.set_periodic(k, periodic[k]);
-    return c;
-}
 
 //! Steady velocity in a duct |y| < a, |z| < b over G a^2/mu; White, Viscous Fluid Flow (1991), eq. 3-48.
 double duct_velocity(double y, double z, double a, double b)
@@ -78,36 +68,6 @@ DuctError duct(std::ptrdiff_t width, int aspect_ratio, double tau)
     return error;
 }
 
-//! K = F/(6 pi mu a U) of one sphere in a periodic cube of `side` cells, driven by a force density on all of it; U is
-//! the mean over the whole cube.
-enum class Made
-{
-    analytic,
-    of_triangles  //!< a solid at rest; 60 bands of 120
-};
-double array_drag(std::ptrdiff_t side, double diameter, double tau, Made made = Made::analytic,
-                  lbm::Surface surface = lbm::Surface::covered)
-{
-    lbm::Config c = config_in_space({side, side, side}, tau, {true, true, true});
-    c.surface = surface;
-    auto const length = static_cast<double>(side);
-    double const push = 1e-3 * c.viscosity * c.viscosity / (length * length * length) * diameter;  // Re far below 0.01
-    c.acceleration = {push, 0, 0};
-    c.hydrodynamic_radius = 1;
-    double const middle = 0.5 * length + 0.13;  // of no symmetry
-    std::vector<double> const place{middle, middle + 0.2, middle - 0.3}, rest(3, 0.0), radius{0.5 * diameter};
-    if (made == Made::of_triangles)
-        c.solids = {{.name = "sphere",
-                     .shape = lbm::Solid::Shape::mesh,
-                     .surface = surfaces::sphere({place[0], place[1], place[2]}, radius[0], 60)}};
-    lbm::Solver<3> solver(c);
-    if (made == Made::analytic) solver.set_bodies({place, rest, rest, radius});
-    // the flow comes up with the time constant U L^3/(F/rho) = L^3/(6 pi nu a K)
-    int const interval = std::max(20, static_cast<int>(length * length * length / (9.4 * c.viscosity * diameter * 4)));
-    double const u = run_to_steady(solver, interval, 3e-4, 100000, [&] { return mean_velocity(solver, 0); });
-    return push * length * length * length / (3 * pi * c.viscosity * diameter * u);
-}
-
 }  // namespace
 
 TEST_CASE("L01b: laminar flow in ducts, aspect ratio 1, 2, 3")
@@ -135,7 +95,7 @@ void check_array_drag(std::ptrdiff_t side, double concentration, double referenc
 {
     verification::Stopwatch const watch;
     double const diameter = std::cbrt(6 * concentration / pi) * static_cast<double>(side);
-    double const got = array_drag(side, diameter, 0.8);
+    double const got = sphere_array_drag(side, diameter, 0.8);
     CHECK(verification::report({"L07", text("K at c=%.3f, d=%.1f dx [-]", concentration, diameter), got, reference,
                                 relative(got, reference), 0.02, watch.seconds()}));
 }
@@ -154,7 +114,7 @@ TEST_CASE("L07: the same with a sphere of triangles, c = 0.216, d = 12 and 20 ce
     for (std::ptrdiff_t const side : {16, 27}) {
         verification::Stopwatch const watch;
         double const diameter = std::cbrt(6 * 0.216 / pi) * static_cast<double>(side), reference = 7.4419536;
-        double const got = array_drag(side, diameter, 0.8, Made::of_triangles);
+        double const got = sphere_array_drag(side, diameter, 0.8, Made::of_triangles);
         // mark: that of the analytic sphere
         CHECK(verification::report({"L07", text("K of triangles at c=%.3f, d=%.1f dx [-]", 0.216, diameter), got,
                                     reference, relative(got, reference), 0.02, watch.seconds()}));
@@ -169,7 +129,8 @@ TEST_CASE("L07: drag does not depend on the viscosity, c = 0.216, d = 12 cells")
     for (auto const surface : both_surfaces) {
         double low = 1e9, high = 0;
         for (double const tau : {0.51, 0.6, 0.8, 1.0, 1.5}) {
-            double const got = array_drag(16, diameter, tau, Made::analytic, surface);
+            double const got = sphere_array_drag(16, diameter, tau, Made::analytic,
+                                                 {.collision = lbm::Operator::trt, .surface = surface});
             std::printf("L07   tau %.2f: K off by %+.2f %%\n", tau, 100 * (got / reference - 1));
             low = std::min(low, got);
             high = std::max(high, got);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <sstream>
@@ -77,11 +78,11 @@ TEST_CASE("C02: a sphere that settles in our fluid, by LIGGGHTS and by our DEM")
     double falling = 0.0, later = 0.0;
     auto const &a = ours.at("centre_z [m]"), &b = theirs.at("centre_z [m]");
     REQUIRE(a.size() == b.size());
-    auto const lowest = std::min_element(a.begin(), a.end()) - a.begin();
-    REQUIRE(lowest + 1 < std::ssize(a));  // it has rebounded
+    auto const last = std::ranges::adjacent_find(a, std::less{}) - a.begin();  // before it rises
+    REQUIRE(last + 1 < std::ssize(a));                                         // it has rebounded
     for (std::ptrdiff_t k = 0; k < std::ssize(a); ++k) {
         auto const at = static_cast<std::size_t>(k);
-        double& worst = k <= lowest ? falling : later;
+        double& worst = k <= last ? falling : later;
         worst = std::max(worst, std::abs(a[at] - b[at]) / (2.0 * radius));
     }
     // free of contacts both take the same steps under the same loads: rounding
