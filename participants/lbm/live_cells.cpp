@@ -250,6 +250,20 @@ std::int32_t solid_at(std::vector<Patch<D>> const& patches, Extent const& cell)
     return found;
 }
 
+template <int D>
+bool is_covered(std::vector<Patch<D>> const& patches, Extent const& cell)
+{
+    double sum = 0;
+    for (Patch<D> const& patch : patches) {
+        double const* const fraction = patch.row(cell[1], cell[2]);
+        std::ptrdiff_t const x = cell[0] - patch.first[0];
+        if (fraction != nullptr && x >= 0 && x < patch.size[0]) sum += fraction[x];
+    }
+    return sum >= wholly;
+}
+
+template bool is_covered<2>(std::vector<Patch<2>> const&, Extent const&);
+template bool is_covered<3>(std::vector<Patch<3>> const&, Extent const&);
 template std::vector<Box> live_boxes<2>(Extent const&, std::array<bool, 3> const&, std::vector<Patch<2>> const&);
 template std::vector<Box> live_boxes<3>(Extent const&, std::array<bool, 3> const&, std::vector<Patch<3>> const&);
 template std::int32_t solid_at<2>(std::vector<Patch<2>> const&, Extent const&);

@@ -21,4 +21,8 @@ inline constexpr std::ptrdiff_t rim = 2;  //!< covered cells that are stored aro
 template <int D>
 std::int32_t solid_at(std::vector<Patch<D>> const& patches, Extent const& cell);
 
+//! Whether solids cover a cell wholly.
+template <int D>
+bool is_covered(std::vector<Patch<D>> const& patches, Extent const& cell);
+
 }  // namespace lbm

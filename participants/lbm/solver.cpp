@@ -52,7 +52,9 @@ Walls walls_lu(Config const& c, Relaxation const& relaxation, Layout const& layo
     Walls walls{};
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) walls.side[s / 2][s % 2] = boundary_lu<D>(c, s);
     walls.even_rate = relaxation.shear;
-    walls.entrances = find_entrances<D>(walls, layout, [&](Extent const& cell) { return solid_at(patches, cell); });
+    walls.entrances = find_entrances<D>(walls, layout,
+                                        {.at = [&](Extent const& cell) { return solid_at(patches, cell); },
+                                         .cover = [&](Extent const& cell) { return is_covered(patches, cell); }});
     return walls;
 }
 

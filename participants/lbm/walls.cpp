@@ -82,8 +82,8 @@ template <int D>
 class EntranceFinder
 {
  public:
-    EntranceFinder(Walls const& walls, Layout const& layout, std::function<std::int32_t(Extent const&)> const& solid_at)
-        : walls_(walls), layout_(layout), solid_at_(solid_at)
+    EntranceFinder(Walls const& walls, Layout const& layout, Solids const& solids)
+        : walls_(walls), layout_(layout), solids_(solids)
     {}
 
     std::vector<Entrance> of_row(Row const& row)
@@ -141,6 +141,7 @@ class EntranceFinder
             link.across = static_cast<std::uint8_t>(across);
             link.kind = side.kind;
             link.push = side.kind == Border::pressure ? 0.0 : entry.push(side);
+            if (side.kind == Border::inflow && solids_.cover(cell)) link.kind = Border::wall, link.push = 0;
             return from_here(link, source);
         }
         Extent left;  // the cell that they left
@@ -148,7 +149,7 @@ class EntranceFinder
         link.box = layout_.box_of(left);
         if (link.box >= 0) return from_there(link, source, box);
         link.box = box;
-        link.patch = solid_at_(left);
+        link.patch = solids_.at(left);
         return from_here(link, {Lattice<D>::opposite[q], {-c[0], -c[1], -c[2]}});
     }
     static Entrance from_here(Entrance link, Source const& source)
@@ -168,7 +169,7 @@ class EntranceFinder
 
     Walls const& walls_;
     Layout const& layout_;
-    std::function<std::int32_t(Extent const&)> const& solid_at_;
+    Solids const& solids_;
     std::vector<Entrance> links_;
 };
 
@@ -203,11 +204,10 @@ void note_cell(Rows<D, Stored> const& p, std::ptrdiff_t row, std::ptrdiff_t x, W
 }  // namespace
 
 template <int D>
-Entrances find_entrances(Walls const& walls, Layout const& layout,
-                         std::function<std::int32_t(Extent const&)> const& solid_at)
+Entrances find_entrances(Walls const& walls, Layout const& layout, Solids const& solids)
 {
     Entrances all;
-    EntranceFinder<D> finder(walls, layout, solid_at);
+    EntranceFinder<D> finder(walls, layout, solids);
     std::map<std::size_t, std::vector<std::uint32_t>> alike;  // by number of links
     for (std::ptrdiff_t r = 0; r < layout.rows(); ++r) {
         auto links = finder.of_row(layout.row(r));
@@ -278,8 +278,8 @@ void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls)
         }
 }
 
-template Entrances find_entrances<2>(Walls const&, Layout const&, std::function<std::int32_t(Extent const&)> const&);
-template Entrances find_entrances<3>(Walls const&, Layout const&, std::function<std::int32_t(Extent const&)> const&);
+template Entrances find_entrances<2>(Walls const&, Layout const&, Solids const&);
+template Entrances find_entrances<3>(Walls const&, Layout const&, Solids const&);
 template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, Slots<2, double> const&, Walls const&);
 template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, Slots<2, float> const&, Walls const&);
 template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, Slots<3, double> const&, Walls const&);

@@ -66,10 +66,16 @@ struct Walls
     }
 };
 
-//! The links of all rows of a layout. `solid_at` names the solid of a cell that is not stored.
+//! What links need to know of solids at rest.
+struct Solids
+{
+    std::function<std::int32_t(Extent const&)> at;  //!< the solid of a cell that is not stored
+    std::function<bool(Extent const&)> cover;       //!< whether they cover a cell wholly: nothing flows into it
+};
+
+//! The links of all rows of a layout.
 template <int D>
-Entrances find_entrances(Walls const& walls, Layout const& layout,
-                         std::function<std::int32_t(Extent const&)> const& solid_at);
+Entrances find_entrances(Walls const& walls, Layout const& layout, Solids const& solids);
 
 //! Rewrites the populations that enter a row from outside of its box, before the row collides, from the one that left
 //! into a ghost cell: into that of the box that it left. Cells that are not stored throw it back half-way. A wall or an

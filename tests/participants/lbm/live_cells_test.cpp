@@ -320,6 +320,18 @@ TEST_CASE("live cells: a run goes on bit for bit, whatever the number of threads
     CHECK_THROWS_AS(resumed.restore(kept), sluice::Error);
 }
 
+TEST_CASE("live cells: nothing flows in through a side where solids cover it")
+{
+    lbm::Config c = box_of<2>({60, 60, 0});
+    c.solids = {block({0, 0, 0}, {60, 20, 0}), block({0, 40, 0}, {60, 60, 0})};
+    c.walls[lbm::left] = {.kind = lbm::Border::inflow, .velocity = {0.01, 0, 0}};
+    c.walls[lbm::right].kind = lbm::Border::pressure;
+    lbm::Solver<2> solver(c);
+    REQUIRE(!solver.layout().whole());
+    for (int k = 0; k < 3000; ++k) solver.step();  // the rim of the solids filled up before
+    CHECK(std::abs(solver.max_speed() - 0.015) < 0.0015);
+}
+
 TEST_CASE("live cells: what is left out is solid at rest in pictures")
 {
     lbm::Config const c = bent_channel();
