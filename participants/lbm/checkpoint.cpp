@@ -99,6 +99,15 @@ void take_populations(sluice::State const& kept, Rows<D, Stored> const& rows)
     }
 }
 
+//! Boundary::incoming of one side after the other.
+std::vector<double> incoming_of(Walls const& walls)
+{
+    std::vector<double> all;
+    for (auto const& pair : walls.side)
+        for (Boundary const& side : pair) all.insert(all.end(), side.incoming.begin(), side.incoming.end());
+    return all;
+}
+
 std::vector<std::int64_t> numbers_of(std::vector<Box> const& boxes)
 {
     std::vector<std::int64_t> numbers;
@@ -139,6 +148,13 @@ void Solver<D>::keep(sluice::State& kept)
         auto const boxes = numbers_of(layout_.boxes());
         kept.put("boxes", std::span<std::int64_t const>(boxes));
     }
+    if (links_) {
+        auto missing = links_->missing();
+        missing.resize(id_.size());  // before the first step
+        kept.put("bodies/missing", std::span<double const>(missing));
+    }
+    if (auto const incoming = incoming_of(walls_); !incoming.empty())
+        kept.put("sides/incoming", std::span<double const>(incoming));
     populations_.visit([&](auto const& rows) { put_populations(kept, rows); });
 }
 
@@ -192,8 +208,15 @@ void Solver<D>::restore(sluice::State const& kept)
                 sluice::Exit::io);
         });
     for (std::size_t q = 0; q < Lattice<D>::directions; ++q) require_populations(kept, q, cells, config_.precision);
+    auto const missing = links_ ? kept.numbers("bodies/missing", id.size()) : std::span<double const>();
+    std::size_t const beside = incoming_of(walls_).size();
+    auto const incoming = beside > 0 ? kept.numbers("sides/incoming", beside) : std::span<double const>();
     if (phase_) phase_->restore(kept);
 
+    auto next = incoming.begin();
+    for (auto& pair : walls_.side)
+        for (Boundary& side : pair)
+            for (double& cell : side.incoming) cell = *next++;
     steps_ = kept.integer("steps");
     find_field();
     id_ = std::move(id);
@@ -205,10 +228,10 @@ void Solver<D>::restore(sluice::State const& kept)
     resize_loads(id_.size());
     populations_.visit([&](auto const& rows) {
         take_populations(kept, rows);
-        for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) note_turned(rows, r, walls_);
+        for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) note_turned(rows, r, walls_, Incoming::kept);
     });
     coverage_.update(covering(), team_);
-    if (links_) links_->restore(bodies_, id_, walls_.half_force);
+    if (links_) links_->restore(bodies_, id_, walls_.half_force, missing);
     if (phase_) phase_->spread();
     complete_ = true;
 }

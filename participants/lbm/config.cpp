@@ -84,6 +84,7 @@ Wall read_wall(sluice::Reader& walls, Side which, int dimension)
     } else if (side.has("pressure")) {
         wall.kind = Border::pressure;
         wall.pressure = side.number("pressure", {.unit = "Pa"});
+        wall.absorbing = side.flag_or("absorbing", false);
     } else {
         read_moving(side, which / 2, dimension, wall);
     }
@@ -344,6 +345,12 @@ void find_surface_issues(Config const& c, std::vector<Issue>& issues)
                           "interpolated, in a frame that turns (known for covered ones only). Try grains: "
                           "covered.",
                           true});
+    for (std::size_t s = 0; s < 2 * c.axes(); ++s)
+        if (c.walls[s].kind == Border::slip)
+            issues.push_back({"grains",
+                              "interpolated, with a side without friction (what it mirrors into a grain would be "
+                              "lost). Try grains: covered, or a wall.",
+                              true});
     if (c.phase)
         issues.push_back({"grains",
                           "interpolated, beside solids finer than a cell (known for covered ones only). Try "

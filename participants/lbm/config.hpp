@@ -51,6 +51,7 @@ struct Wall
     bool parabola = false;             //!< of an inflow: falls to 0 at walls beside it, else it is uniform
     double ramp = 0;                   //!< an inflow grows from 0 within this time [s]
     double pressure = 0;               //!< p - p_0 [Pa]
+    bool absorbing = false;            //!< of a pressure: sound leaves, and the pressure holds in the mean
 };
 
 //! The sides: lower and upper one along x, y and z.

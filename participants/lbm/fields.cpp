@@ -167,6 +167,8 @@ template <int D>
 Fields Solver<D>::fields(int coarsen)
 {
     complete();
+    if (links_ && steps_ == 0)
+        links_->restore(bodies_, id_, walls_.half_force, std::vector<double>(bodies_.size(), 0.0));
     coverage_.update(covering(), team_);
     std::ptrdiff_t const k = std::max(coarsen, 1);
     auto const blocks = [&](std::ptrdiff_t n) { return (n + k - 1) / k; };

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <unordered_set>
+#include <unordered_map>
 #include <utility>
 
 namespace lbm {
 namespace {
+
+constexpr double given_a_step = 0.1;  //!< of what is missing: a jump of one cell makes a whisper
 
 constexpr std::ptrdiff_t wrap(std::ptrdiff_t i, std::ptrdiff_t n)
 {
@@ -131,6 +133,7 @@ void Links<D>::list(std::span<Body<D> const> bodies)
     runs_.clear();
     first_.assign(1, 0);
     count_.assign(bodies.size(), 0);
+    moment_.assign(bodies.size(), {});
     entered_.clear();
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         Body<D> const& b = bodies[i];
@@ -179,7 +182,9 @@ void Links<D>::own(std::int32_t body, Cell const& cell)
     if (owner >= 0) return;
     if (owner == nobody) entered_.push_back({body, cell});
     owner = body;
-    ++count_[static_cast<std::size_t>(body)];
+    auto const i = static_cast<std::size_t>(body);
+    ++count_[i];
+    for (std::size_t k = 0; k < D; ++k) moment_[i][k] += cell.arm[k];
     if (runs_.size() > first_.back()) {
         Run& last = runs_.back();
         bool const same_row = last.first[1] == cell.at[1] && last.first[2] == cell.at[2];
@@ -203,9 +208,10 @@ void Links<D>::begin(std::size_t bodies, std::array<double, 3> const& half_force
 
 template <int D>
 void Links<D>::restore(std::span<Body<D> const> bodies, std::span<std::uint64_t const> id,
-                       std::array<double, 3> const& half_force)
+                       std::array<double, 3> const& half_force, std::span<double const> missing)
 {
     begin(bodies.size(), half_force);
+    missing_.assign(missing.begin(), missing.end());
     std::ranges::fill(owner_, nobody);
     list(bodies);
     id_.assign(id.begin(), id.end());
@@ -217,39 +223,53 @@ void Links<D>::place(Populations<D>& populations, std::span<Body<D> const> bodie
                      std::array<double, 3> const& half_force)
 {
     begin(bodies.size(), half_force);
-    std::vector<char> is_new(bodies.size(), 0);
-    if (!std::ranges::equal(id, id_)) {
-        std::unordered_set<std::uint64_t> const known(id_.begin(), id_.end());
-        for (std::size_t i = 0; i < id.size(); ++i) is_new[i] = !known.contains(id[i]);
-        id_.assign(id.begin(), id.end());
-    }
     std::swap(old_runs_, runs_);
     std::swap(old_first_, first_);
     for (Run const& run : old_runs_)
-        std::fill_n(owner_.begin() + static_cast<std::ptrdiff_t>(index(run.first)), run.count, left);
+        std::fill_n(owner_.begin() + static_cast<std::ptrdiff_t>(index(run.first)), run.count, vacated);
     list(bodies);
     std::vector<std::size_t> freed;
     populations.visit([&](auto const& rows) {
-        for (auto const& [body, cell] : entered_) {
-            auto const i = static_cast<std::size_t>(body);
-            if (!is_new[i]) cover(rows, i, bodies[i], cell);
-        }
         for (std::size_t i = 0; i < old_bodies_.size(); ++i)
             for (std::size_t r = old_first_[i]; r < old_first_[i + 1]; ++r)
                 each_cell(old_runs_[r], [&](Cell const& cell) {
-                    if (owner_[index(cell.at)] != left) return;
-                    uncover(rows, old_bodies_[i], cell);
+                    if (owner_[index(cell.at)] != vacated) return;
+                    missing_[i] -= uncover(rows, old_bodies_[i], cell);
                     freed.push_back(index(cell.at));
                 });
+        auto const is_new = follow(id);
+        for (auto const& [body, cell] : entered_) {
+            auto const i = static_cast<std::size_t>(body);
+            if (!is_new[i]) missing_[i] += cover(rows, i, bodies[i], cell);
+        }
     });
     for (std::size_t const cell : freed) owner_[cell] = nobody;
     old_bodies_.assign(bodies.begin(), bodies.end());
 }
 
-//! Fluid that a body comes to lie on takes the body's velocity; the difference is the body's.
+//! Brings what is kept of the bodies into the order of now; tells which were not there before.
+template <int D>
+std::vector<char> Links<D>::follow(std::span<std::uint64_t const> id)
+{
+    std::vector<char> is_new(id.size(), 0);
+    if (std::ranges::equal(id, id_)) return is_new;
+    std::unordered_map<std::uint64_t, double> known;
+    for (std::size_t i = 0; i < id_.size(); ++i) known.emplace(id_[i], missing_[i]);
+    missing_.assign(id.size(), 0.0);
+    for (std::size_t i = 0; i < id.size(); ++i) {
+        auto const found = known.find(id[i]);
+        is_new[i] = found == known.end();
+        if (!is_new[i]) missing_[i] = found->second;
+    }
+    id_.assign(id.begin(), id.end());
+    return is_new;
+}
+
+//! Fluid that a body comes to lie on takes the body's velocity; the difference is the body's. Returns its density
+//! excess.
 template <int D>
 template <class Stored>
-void Links<D>::cover(Rows<D, Stored> const& rows, std::size_t i, Body<D> const& body, Cell const& cell)
+double Links<D>::cover(Rows<D, Stored> const& rows, std::size_t i, Body<D> const& body, Cell const& cell)
 {
     Moments<D> const m(rows, cell.at);
     auto const u = velocity_at<D>(body, cell.arm);
@@ -260,12 +280,14 @@ void Links<D>::cover(Rows<D, Stored> const& rows, std::size_t i, Body<D> const& 
         along_[i][k] += own;
     }
     add_at<D>(impulse_[i], cell.arm, given);
+    return m.excess;
 }
 
-//! Fluid where a body was: with its velocity, and what the fluid around has of density and stress in the mean.
+//! Fluid where a body was: with its velocity, and what the fluid around has of density and stress in the mean. Returns
+//! its density excess.
 template <int D>
 template <class Stored>
-void Links<D>::uncover(Rows<D, Stored> const& rows, Body<D> const& body, Cell const& cell)
+double Links<D>::uncover(Rows<D, Stored> const& rows, Body<D> const& body, Cell const& cell)
 {
     using L = Lattice<D>;
     std::array<double, L::directions> stress{};
@@ -292,6 +314,7 @@ void Links<D>::uncover(Rows<D, Stored> const& rows, Body<D> const& body, Cell co
         value(rows, q, cell.at) = static_cast<Stored>(f);
     }
     for (std::size_t k = 0; k < D; ++k) given_back_[k] += (1 + excess) * u[k] - half_force_[k];
+    return excess;
 }
 
 //! Cells within a body move as it does, with density 1.
@@ -389,7 +412,7 @@ typename Links<D>::template Link<Stored> Links<D>::find_link(Rows<D, Stored> con
 //! Returns the density excess there.
 template <int D>
 template <class Stored>
-double Links<D>::reflect_link(Link<Stored> const& link, std::size_t i, Body<D> const& body)
+double Links<D>::reflect_link(Link<Stored> const& link, std::size_t i, Body<D> const& body, double excess_given)
 {
     using L = Lattice<D>;
     std::size_t const q = link.q, back = L::opposite[q];
@@ -400,9 +423,10 @@ double Links<D>::reflect_link(Link<Stored> const& link, std::size_t i, Body<D> c
         square += u[k] * u[k];
     }
     double const where = link.ahead ? link.at : 0.5, share = 1 / (1 + 2 * where), toward = *link.toward;
-    double came = toward - 12 * share * L::weight[q] * normal;
+    double came = toward - L::weight[q] * (12 * share * normal - excess_given);
     if (link.ahead) came += (1 - 2 * where) * share * (*link.ahead - static_cast<double>(*link.backward));
     came = *link.entering = static_cast<Stored>(came);
+    missing_[i] += toward - came;
     double const dynamic = 4.5 * normal * normal - 1.5 * square;
     double const excess = (0.5 * (toward + came) / L::weight[q] - dynamic) / (1 + dynamic);
     // The pressure acts in the middle of the link, then an even one turns no body; all else where the link is cut
@@ -438,8 +462,10 @@ void Links<D>::reflect_body(Rows<D, Stored> const& rows, std::size_t i, Body<D> 
         pressed = pressed || !fluid;
         if (fluid) links.push_back(find_link(rows, body, cell, q, *fluid));
     });
-    double excess = 0;  // of the fluid beside it, at the body's centre
-    for (Link<Stored> const& link : links) excess += reflect_link(link, i, body) - hydrostatic(link.middle());
+    double weights = 0, excess = 0;  // excess: of the fluid beside it, at the body's centre
+    for (Link<Stored> const& link : links) weights += Lattice<D>::weight[link.q];
+    double const given = links.empty() ? 0.0 : given_a_step * missing_[i] / weights;
+    for (Link<Stored> const& link : links) excess += reflect_link(link, i, body, given) - hydrostatic(link.middle());
     if (pressed) press(i, body, links.empty() ? 0.0 : excess / static_cast<double>(links.size()));
     for (std::size_t r = first_[i]; r < first_[i + 1]; ++r) fill(rows, body, runs_[r]);
 }
@@ -457,7 +483,7 @@ void Links<D>::each_link(std::size_t i, Body<D> const& body, Each&& each) const
         for (std::size_t q = 1; q < Lattice<D>::directions; ++q) {
             Extent from = cell.at;
             bool const there = step(from, Lattice<D>::opposite[q]);
-            std::int32_t const owner = there ? owner_[index(from)] : left;
+            std::int32_t const owner = there ? owner_[index(from)] : vacated;
             if (owner != static_cast<std::int32_t>(i)) each(cell, q, owner == nobody ? &from : nullptr);
         }
     };
@@ -474,6 +500,7 @@ void Links<D>::press(std::size_t i, Body<D> const& body, double excess)
         for (std::size_t k = 0; k < D; ++k) arm[k] -= 0.5 * L::c[q][k];
         double const density = excess + hydrostatic(arm);
         auto const u = velocity_at<D>(body, cell.arm);
+        for (std::size_t k = 0; k < D; ++k) missing_[i] += 6 * L::weight[q] * L::c[q][k] * u[k];
         add_at<D>(pressed_[i], arm,
                   exchanged<D>(q, u, equilibrium<D>(q, density, u), equilibrium<D>(L::opposite[q], density, u)));
     });

@@ -32,7 +32,7 @@ class Links
                std::array<double, 3> const& half_force);
     //! The same where the populations are already what they were made by place().
     void restore(std::span<Body<D> const> bodies, std::span<std::uint64_t const> id,
-                 std::array<double, 3> const& half_force);
+                 std::array<double, 3> const& half_force, std::span<double const> missing);
     //! After streaming, when all else that enters cells has entered.
     void reflect(Populations<D>& populations, std::span<Body<D> const> bodies, sluice::Team& team);
 
@@ -41,8 +41,12 @@ class Links
     //! What the fluid would give to a body where cells of other bodies or a wall stand against its own: at rest beside
     //! it, with its mean density, hydrostatic. No fluid loses it.
     std::vector<Impulse> const& pressed() const noexcept { return pressed_; }
-    //! Cells within a body.
+    //! Cells within a body, and the sum of their places from its centre.
     std::size_t cells_in(std::size_t body) const noexcept { return count_[body]; }
+    std::array<double, D> const& moment_in(std::size_t body) const noexcept { return moment_[body]; }
+    //! Of each body: mass by which the fluid outside now has too little, for so many cells within it of density 1. Its
+    //! links give it back within some ten steps.
+    std::vector<double> const& missing() const noexcept { return missing_; }
     //! Momentum that fluid took along into bodies since place(), as it moves with them: with all impulses what the
     //! fluid outside has lost.
     std::array<double, D> taken_along() const;
@@ -52,7 +56,7 @@ class Links
     }
 
  private:
-    static constexpr std::int32_t nobody = -1, left = -2;
+    static constexpr std::int32_t nobody = -1, vacated = -2;
 
     //! Cells of a row that are within one body.
     struct Run
@@ -77,6 +81,7 @@ class Links
     }
     bool is_fluid(Extent const& at) const noexcept { return owner_[index(at)] == nobody; }
     bool step(Extent& at, std::size_t q) const noexcept;
+    std::vector<char> follow(std::span<std::uint64_t const> id);
     void begin(std::size_t bodies, std::array<double, 3> const& half_force);
     void list(std::span<Body<D> const> bodies);
     void list_row(std::int32_t body, Body<D> const& b, Extent at);
@@ -84,9 +89,9 @@ class Links
     template <class Each>
     static void each_cell(Run const& run, Each&& each);
     template <class Stored>
-    void cover(Rows<D, Stored> const& rows, std::size_t i, Body<D> const& body, Cell const& cell);
+    double cover(Rows<D, Stored> const& rows, std::size_t i, Body<D> const& body, Cell const& cell);
     template <class Stored>
-    void uncover(Rows<D, Stored> const& rows, Body<D> const& body, Cell const& cell);
+    double uncover(Rows<D, Stored> const& rows, Body<D> const& body, Cell const& cell);
     double hydrostatic(std::array<double, D> const& arm) const;
     template <class Each>
     void each_link(std::size_t i, Body<D> const& body, Each&& each) const;
@@ -95,7 +100,7 @@ class Links
     Link<Stored> find_link(Rows<D, Stored> const& rows, Body<D> const& body, Cell const& cell, std::size_t q,
                            Extent const& x) const;
     template <class Stored>
-    double reflect_link(Link<Stored> const& link, std::size_t i, Body<D> const& body);
+    double reflect_link(Link<Stored> const& link, std::size_t i, Body<D> const& body, double excess_given);
     template <class Stored>
     void reflect_body(Rows<D, Stored> const& rows, std::size_t i, Body<D> const& body);
     template <class Stored>
@@ -103,9 +108,11 @@ class Links
 
     Extent cells_;
     std::array<bool, 3> periodic_;
-    std::vector<std::int32_t> owner_;                     //!< of each cell: a body or nobody
-    std::vector<Run> runs_, old_runs_;                    //!< by body, and those of the step before
-    std::vector<std::size_t> first_, old_first_;          //!< of each body's runs; one more
+    std::vector<std::int32_t> owner_;             //!< of each cell: a body or nobody
+    std::vector<Run> runs_, old_runs_;            //!< by body, and those of the step before
+    std::vector<std::size_t> first_, old_first_;  //!< of each body's runs; one more
+    std::vector<double> missing_;
+    std::vector<std::array<double, D>> moment_;
     std::vector<std::size_t> count_;                      //!< cells of each body
     std::vector<std::pair<std::int32_t, Cell>> entered_;  //!< a body's, which were fluid in the step before
     std::vector<Body<D>> old_bodies_;

@@ -16,6 +16,8 @@ using sluice::require;
 
 constexpr std::ptrdiff_t rows_a_chunk = 4;  //!< handed to a thread at a time
 constexpr std::int64_t watch_every = 64;    //!< steps
+//! By c_s/L, of the pressure at a side that absorbs sound (Rudy and Strikwerda, J. Comput. Phys. 36 (1980) 55).
+constexpr double recall_by_length = 0.28;
 
 //! 4 s (1 - s) at every half cell, 0 at both edges of the domain.
 std::vector<double> parabola(std::ptrdiff_t cells)
@@ -39,8 +41,12 @@ Boundary boundary_lu(Config const& c, std::size_t s)
         if (wall.parabola && k != s / 2 && !c.periodic(k)) side.profile[k] = parabola(cells[k]);
     if (wall.kind == Border::pressure) {
         side.density_excess = c.units().density_excess_lu(wall.pressure);
-        side.turned.resize(Lattice<D>::directions *
-                           static_cast<std::size_t>(cells[0] * cells[1] * cells[2] / cells[s / 2]));
+        auto const beside = static_cast<std::size_t>(cells[0] * cells[1] * cells[2] / cells[s / 2]);
+        side.turned.resize(Lattice<D>::directions * beside);
+        if (wall.absorbing) {
+            side.recall = recall_by_length / (std::numbers::sqrt3 * static_cast<double>(cells[s / 2]));
+            side.incoming.resize(beside);
+        }
     }
     return side;
 }
@@ -182,6 +188,9 @@ void Solver<D>::step()
     if (links_) {
         complete();
         links_->place(populations_, bodies_, id_, walls_.half_force);
+        populations_.visit([&](auto const& rows) {  // what surfaces wrote beside openings
+            for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) note_turned(rows, r, walls_, Incoming::kept);
+        });
     }
     share_.rebuilt_bodies = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(bodies_.size()));
     strip_load_.resize(coverage_.strips().size());

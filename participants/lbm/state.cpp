@@ -147,7 +147,9 @@ void Solver<D>::find_loads()
         for (std::size_t k = 0; k < D; ++k) between[k] = 0.5 * (d.motion[k] + past.motion[k]);
         auto const a = acceleration_at(place_of(bodies_[i].centre), between.data());
         for (std::size_t k = 0; k < D; ++k) force_[D * i + k] = load(k, inside) - fluid_too_many(i) * a[k];
-        for (std::size_t k = 0; k < spins<D>; ++k) torque_[spins<D> * i + k] = load(D + k, inside * d.gyration);
+        auto const turned = hydrostatic_torque(i, a);
+        for (std::size_t k = 0; k < spins<D>; ++k)
+            torque_[spins<D> * i + k] = load(D + k, inside * d.gyration) + turned[D == 2 ? 2 : k];
     }
     past_ = std::move(now);
     if (!same) last_id_ = id_;
@@ -160,6 +162,19 @@ double Solver<D>::fluid_too_many(std::size_t body) const
 {
     double const cells = links_ ? static_cast<double>(links_->cells_in(body)) : 0.0;
     return displaced_[body].mass - cells * config_.units().mass_unit();
+}
+
+//! Of a body whose cells are no fluid: what fluid at rest does to these, about the body's centre, with the other sign.
+template <int D>
+std::array<double, 3> Solver<D>::hydrostatic_torque(std::size_t body, std::array<double, D> const& a) const
+{
+    std::array<double, 3> moment{}, field{};
+    if (!links_) return moment;
+    for (std::size_t k = 0; k < D; ++k) {
+        moment[k] = config_.units().mass_unit() * config_.cell * links_->moment_in(body)[k];
+        field[k] = a[k];
+    }
+    return cross(moment, field);
 }
 
 template <int D>
@@ -277,7 +292,7 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
     populations_.visit([&](auto const& rows) {
         for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) {
             set_row(r, rows.row(r));
-            note_turned(rows, r, walls_);
+            note_turned(rows, r, walls_, Incoming::found);
         }
     });
     complete_ = true;

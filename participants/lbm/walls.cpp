@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numbers>
 
 namespace lbm {
 namespace {
@@ -175,9 +176,9 @@ class EntranceFinder
 
 //! For each direction 2 e+(rho of the opening) + (2 - s) (f+ - e+(rho)) of a cell, + the even part, e the shifted
 //! equilibrium.
-template <int D, class Stored>
+template <int D, class Stored, class Density>
 void note_cell(Rows<D, Stored> const& p, std::ptrdiff_t row, std::ptrdiff_t x, Walls const& walls,
-               double density_excess, double* turned)
+               Density&& density_excess_of, double* turned)
 {
     constexpr std::size_t directions = Lattice<D>::directions;
     std::array<double, directions> f;
@@ -193,12 +194,22 @@ void note_cell(Rows<D, Stored> const& p, std::ptrdiff_t row, std::ptrdiff_t x, W
         u[k] = j[k] / (1 + excess);
         back[k] = -u[k];
     }
+    double const density_excess = density_excess_of(excess, u);
     auto const even = [&](std::size_t q, double of) {
         return 0.5 * (equilibrium<D>(q, of, u) + equilibrium<D>(q, of, back));
     };
     for (std::size_t q = 0; q < directions; ++q)
         turned[q] = 2 * even(q, density_excess) +
                     (2 - walls.even_rate) * (0.5 * (f[q] + f[Lattice<D>::opposite[q]]) - even(q, excess));
+}
+
+//! At an opening that absorbs sound, of a cell that flows outward with u.
+double absorbed(Boundary const& side, double excess, double u, double& incoming, Incoming how)
+{
+    double const sound = 1 / std::numbers::sqrt3, pressure = excess / 3, outgoing = pressure + sound * u;
+    if (how == Incoming::found) incoming = pressure - sound * u;
+    if (how == Incoming::recalled) incoming -= side.recall * (0.5 * (outgoing + incoming) - side.density_excess / 3);
+    return 1.5 * (outgoing + incoming);
 }
 
 }  // namespace
@@ -261,7 +272,7 @@ void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t r, Slots<D, Sto
 }
 
 template <int D, class Stored>
-void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls)
+void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls, Incoming incoming)
 {
     Extent const& cells = p.layout().cells();
     Row const& row = p.layout().row(r);
@@ -272,9 +283,15 @@ void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls)
             if (side.kind != Border::pressure || (k > 0 && (k == 1 ? row.y : row.z) != last)) continue;
             std::ptrdiff_t const from = k == 0 ? last - row.first : 0, to = k == 0 ? from + 1 : row.cells;
             if (from < 0 || to > row.cells) continue;
-            for (std::ptrdiff_t x = from; x < to; ++x)
-                note_cell(p, r, x, walls, side.density_excess,
-                          side.turned.data() + place_beside<D>(cells, k, {row.first + x, row.y, row.z}));
+            for (std::ptrdiff_t x = from; x < to; ++x) {
+                std::size_t const place = place_beside<D>(cells, k, {row.first + x, row.y, row.z});
+                auto const density_excess = [&](double excess, std::array<double, D> const& u) {
+                    if (side.incoming.empty()) return side.density_excess;
+                    double const outward = end == 0 ? -u[k] : u[k];
+                    return absorbed(side, excess, outward, side.incoming[place / Lattice<D>::directions], incoming);
+                };
+                note_cell(p, r, x, walls, density_excess, side.turned.data() + place);
+            }
         }
 }
 
@@ -284,9 +301,9 @@ template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, Slots<2
 template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, Slots<2, float> const&, Walls const&);
 template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, Slots<3, double> const&, Walls const&);
 template void enter_from_outside(Rows<3, float> const&, std::ptrdiff_t, Slots<3, float> const&, Walls const&);
-template void note_turned(Rows<2, double> const&, std::ptrdiff_t, Walls&);
-template void note_turned(Rows<2, float> const&, std::ptrdiff_t, Walls&);
-template void note_turned(Rows<3, double> const&, std::ptrdiff_t, Walls&);
-template void note_turned(Rows<3, float> const&, std::ptrdiff_t, Walls&);
+template void note_turned(Rows<2, double> const&, std::ptrdiff_t, Walls&, Incoming);
+template void note_turned(Rows<2, float> const&, std::ptrdiff_t, Walls&, Incoming);
+template void note_turned(Rows<3, double> const&, std::ptrdiff_t, Walls&, Incoming);
+template void note_turned(Rows<3, float> const&, std::ptrdiff_t, Walls&, Incoming);
 
 }  // namespace lbm

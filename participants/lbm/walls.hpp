@@ -22,6 +22,9 @@ struct Boundary
     double ramp = 0;            //!< steps within which an inflow grows from 0
     double share = 1;           //!< of its velocity that an inflow has now
     double density_excess = 0;  //!< rho - 1 at an opening where it is given [-]
+    double recall = 0;          //!< of an opening that absorbs sound: how soon it has its density again (1/step)
+    //! Of each cell beside such an opening: p - c_s u, u outward, of what comes in; p = (rho - 1) c_s^2.
+    std::vector<double> incoming{};
     //! What enters the cells beside such an opening apart from what left, from when they last had all their
     //! populations; shape [cell][direction].
     std::vector<double> turned{};
@@ -90,8 +93,20 @@ template <int D, class Stored>
 void enter_from_outside(Rows<D, Stored> const& populations, std::ptrdiff_t row, Slots<D, Stored> const& slots,
                         Walls const& walls);
 
+//! How a state begins, or goes on, beside openings that absorb sound.
+enum class Incoming
+{
+    found,    //!< as the cells are: nothing is on its way
+    kept,     //!< as it stands in Boundary::incoming
+    recalled  //!< the same, a step later
+};
+
 //! Notes what will enter a row's cells beside openings with a given density, once they have all their populations.
+//! Where sound is absorbed that density is the one of what goes out, p + c_s u, and of what comes in, p - c_s u, which
+//! returns to the given one by d(p - c_s u)/dt = -recall (p - p_given) (Poinsot and Lele, J. Comput. Phys. 101 (1992)
+//! 104).
 template <int D, class Stored>
-void note_turned(Rows<D, Stored> const& populations, std::ptrdiff_t row, Walls& walls);
+void note_turned(Rows<D, Stored> const& populations, std::ptrdiff_t row, Walls& walls,
+                 Incoming incoming = Incoming::recalled);
 
 }  // namespace lbm

@@ -48,6 +48,7 @@ TEST_CASE("config: interpolated surfaces are refused beside what knows covered c
     std::string const phase = whole + "phase: {drag: ergun, diameter: 1e-4, solid_density: 2650}\n";
     CHECK(errors(phase, true).empty());
     CHECK(contains(errors(phase + "grains: interpolated\n", true), "grains"));
+    CHECK(contains(errors(whole + "walls: {top: free_slip}\ngrains: interpolated\n"), "a side without friction"));
     sluice::Reader reader = sluice::read_yaml(whole + "grains: interpolated\n", "scene.yaml");
     CHECK_THROWS_WITH_AS(lbm::read_config(reader, 2, {}, sluice::Rotation{}), doctest::Contains("a frame that turns"),
                          sluice::Error);

@@ -90,7 +90,7 @@ inline std::vector<double> table_of(Cavity const& c)
 }
 
 //! Steps until it is steady; `follow` takes as many.
-inline void settle(Box& box, Box* follow = nullptr)
+inline void run_until_steady(Box& box, Box* follow = nullptr)
 {
     lbm::Fields f, last;
     double change = 1;
@@ -110,7 +110,7 @@ inline void settle(Box& box, Box* follow = nullptr)
 inline double cavity_error(Cavity const& c, std::ptrdiff_t n, double lid, Variant const& variant = {})
 {
     Box box(n, lid, c.reynolds, variant);
-    settle(box);
+    run_until_steady(box);
     return root_mean_square(box.at_points(c), table_of(c));
 }
 

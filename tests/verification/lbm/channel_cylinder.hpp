@@ -28,7 +28,6 @@ struct Cylinder
         c.walls[lbm::left] = {
             .kind = lbm::Border::inflow, .velocity = {largest_velocity, 0, 0}, .parabola = true, .ramp = 0.2};
         c.walls[lbm::right].kind = lbm::Border::pressure;
-        c.threads = 2;
     }
     double coefficient(double force) const { return 2 * force / (mean_velocity * mean_velocity * 0.1); }
 };

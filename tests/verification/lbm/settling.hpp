@@ -35,6 +35,7 @@ struct Settled
     double fastest, fall, last;  //!< last: velocity at h/d = 0.1 over the fastest [-]
 };
 
+//! By covered cells: an interpolated surface knows no mirrors.
 inline Settled settle(Oil const& oil, double cells, Variant const& variant = {.collision = lbm::Operator::trt})
 {
     constexpr double diameter = 0.015;
