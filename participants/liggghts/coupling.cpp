@@ -167,6 +167,7 @@ void Run<D>::keep(sluice::State& state)
     state.put_number("work", work_);
     start_.keep(state);
     engine_->evaluate();
+    see();  // the rows may stand in another order now, in which a run that is resumed will have them
 }
 
 template <int D>
@@ -184,8 +185,8 @@ void Run<D>::go_on(sluice::State const& state)
     ids_.assign(ids.begin(), ids.end());
     auto const tags = state.integers("applied/tag");
     Loads applied;
-    applied.be(std::vector<int>(tags.begin(), tags.end()), state.numbers("applied/force", 3 * tags.size()),
-               state.numbers("applied/torque", 3 * tags.size()));
+    applied.set(std::vector<int>(tags.begin(), tags.end()), state.numbers("applied/force", 3 * tags.size()),
+                state.numbers("applied/torque", 3 * tags.size()));
     now_ = state.number("time");
     work_ = state.number("work");
     start_ = dem::Start::kept(state);
@@ -301,12 +302,12 @@ void Run<D>::take_loads(std::vector<sluice::Sampled<sluice::Load>>& samples, dou
         std::iota(all_tags.begin(), all_tags.end(), 1);
     }
     bool const at_once = D == 3 && as_told && !samples.empty();  // the first is not added, but copied
-    if (!at_once) loads.begin(as_told ? told_.tags() : all_tags);
+    if (!at_once) loads.reset(as_told ? told_.tags() : all_tags);
     constexpr std::size_t turning = D == 2 ? 1 : 3;
     for (auto& sample : samples) {
         auto const load = sample.at(time);
         if (at_once && &sample == &samples.front()) {
-            loads.be(told_.tags(), load.force, load.torque);
+            loads.set(told_.tags(), load.force, load.torque);
             continue;
         }
         for (std::size_t n = 0; n < load.id.size(); ++n) {

@@ -45,7 +45,7 @@ void Drive::turn_to_next()
         return;
     }
     load_(step_, next_);
-    applied_.be_mean_of(now_, next_);
+    applied_.set_mean(now_, next_);
     std::swap(now_, next_);
     book_impulse(dt_, now_);
 }

@@ -5,14 +5,14 @@
 
 namespace liggghts {
 
-void Loads::begin(std::span<int const> tags)
+void Loads::reset(std::span<int const> tags)
 {
-    be_of(tags);
+    set_tags(tags);
     std::ranges::fill(force, 0.0);
     std::ranges::fill(torque, 0.0);
 }
 
-void Loads::be_of(std::span<int const> tags)
+void Loads::set_tags(std::span<int const> tags)
 {
     if (!std::ranges::equal(tags, tags_)) {
         tags_.assign(tags.begin(), tags.end());
@@ -23,18 +23,18 @@ void Loads::be_of(std::span<int const> tags)
     torque.resize(3 * tags_.size());
 }
 
-void Loads::be(std::span<int const> tags, std::span<double const> forces, std::span<double const> torques)
+void Loads::set(std::span<int const> tags, std::span<double const> forces, std::span<double const> torques)
 {
-    be_of(tags);
+    set_tags(tags);
     assert(forces.size() == force.size() && torques.size() == torque.size());
     std::ranges::copy(forces, force.begin());
     std::ranges::copy(torques, torque.begin());
 }
 
-void Loads::be_mean_of(Loads const& a, Loads const& b)
+void Loads::set_mean(Loads const& a, Loads const& b)
 {
     assert(a.tags_ == b.tags_);
-    be_of(a.tags_);
+    set_tags(a.tags_);
     for (std::size_t k = 0; k < force.size(); ++k) force[k] = 0.5 * (a.force[k] + b.force[k]);
     for (std::size_t k = 0; k < torque.size(); ++k) torque[k] = 0.5 * (a.torque[k] + b.torque[k]);
 }

@@ -14,11 +14,11 @@ namespace liggghts {
 class Loads
 {
  public:
-    //! On these grains, in this order: 0.
-    void begin(std::span<int const> tags);
-    void be(std::span<int const> tags, std::span<double const> forces, std::span<double const> torques);
-    //! The mean of two, which have the same grains in the same order.
-    void be_mean_of(Loads const& a, Loads const& b);
+    //! Zero, on these grains in this order.
+    void reset(std::span<int const> tags);
+    void set(std::span<int const> tags, std::span<double const> forces, std::span<double const> torques);
+    //! To the mean of two, which have the same grains in the same order.
+    void set_mean(Loads const& a, Loads const& b);
 
     std::vector<int> const& tags() const { return tags_; }
     //! Where the load of each tag stands; beyond the end, `nobody`: it has none.
@@ -28,7 +28,7 @@ class Loads
 
     //! To what acts on the rows.
     void add_to(Rows const& rows);
-    //! Instead of `before`, which is spent, in what acts on the rows.
+    //! Takes `before` out of what acts on the rows and adds this; what `before` holds afterwards is of no use.
     void replace(Rows const& rows, Loads& before);
     //! What they do, as the rows move [W].
     double power(Rows const& rows);
@@ -36,7 +36,7 @@ class Loads
     static constexpr std::uint32_t nobody = ~0u;
 
  private:
-    void be_of(std::span<int const> tags);
+    void set_tags(std::span<int const> tags);
     bool fits(Rows const& rows) const;
     //! Calls `each(row, grain)`, numbers of rows and of loads, for all rows that have a load.
     template <class Each>

@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace liggghts {
+
 template <int D>
 Mirror<D>::Mirror(std::vector<std::int64_t> const& ids, std::vector<int> tags) : ids_(&ids), tags_(std::move(tags))
 {

@@ -231,16 +231,44 @@ std::string scripted(Case const& c, std::string const& text, std::string const& 
     auto scene = shell::slurp(configs / "settling_sphere.yaml");
     auto const begin = scene.find("    solver: dem"), end = scene.find("  oil:");
     REQUIRE(end != std::string::npos);
-    scene.replace(
-        begin, end - begin,
-        "    solver: liggghts\n    config: {script: in.sphere, step: 6.2504326743976503e-05, measures: [centre]}\n");
+    scene.replace(begin, end - begin,
+                  "    solver: liggghts\n    config: {script: in.sphere, step: 6.2504326743976503e-05, measures: "
+                  "[centre, impulse]}\n");
     std::ofstream(c.out("scene.yaml")) << scene << "checkpoint: {windows: 20}\n";
     std::ofstream(c.out("in.sphere")) << text;
     std::ofstream(c.out("sphere.data")) << spheres;
     return c.out("scene.yaml");
 }
 
+//! Two hundred of several densities, not in the order of their ids.
+std::string const many = [] {
+    std::string text = data.substr(0, data.find("7 1 0.015"));
+    text.replace(text.find("1 atoms"), 1, "200");
+    for (int k = 0; k < 200; ++k) {
+        int const id = (k * 73) % 200 + 1;  // 73 and 200 have no common divisor
+        auto const at = [](int i) { return std::to_string(0.02 + 0.012 * i + 1e-4 * (i % 3)); };
+        text += std::to_string(id) + " 1 0.006 " + std::to_string(1500 + 7 * id) + ' ' + at(k % 5) + ' ' +
+                at(k / 5 % 5) + ' ' + at(k / 25) + '\n';
+    }
+    return text;
+}();
+
 }  // namespace
+
+TEST_CASE("liggghts: a script that lets LIGGGHTS sort its rows leaves the same centres, and resumed the same bytes")
+{
+    Case c;
+    std::vector<std::string> const settings{"time.end=0.04", "output.series=1e-4"};
+    std::string sorted = script;
+    sorted.replace(sorted.find("sort 0 0"), 8, "sort 100000 0.002");  // at checkpoints alone
+    c.run(scripted(c, script, many), "as they are", settings);
+    c.run(scripted(c, sorted, many), "sorted", settings);
+    auto const a = last_row(c.out("as they are") / "sphere.csv"), b = last_row(c.out("sorted") / "sphere.csv");
+    for (char const* const axis : {"centre_x [m]", "centre_y [m]", "centre_z [m]"}) CHECK(a.at(axis) == b.at(axis));
+    std::filesystem::copy(c.out("sorted"), c.out("resumed"), std::filesystem::copy_options::recursive);
+    REQUIRE(c.command("resume", c.out("resumed"), "", {}).exit == 0);
+    CHECK(same_bytes(c.out("sorted") / "sphere.csv", c.out("resumed") / "sphere.csv"));
+}
 
 TEST_CASE("liggghts: a script of the user's in the place of the block, with ids of its own, resumed too")
 {

@@ -47,7 +47,7 @@ inline liggghts::Loads loads_of(std::vector<std::array<double, 6>> const& acting
         torque.insert(torque.end(), load.begin() + 3, load.end());
     }
     liggghts::Loads loads;
-    loads.be(tags, force, torque);
+    loads.set(tags, force, torque);
     return loads;
 }
 
@@ -78,7 +78,7 @@ class Scene
     void run(std::int64_t steps, double dt)
     {
         drive_.advance(
-            steps, dt, [](std::int64_t, auto& loads) { loads.begin({}); }, false);
+            steps, dt, [](std::int64_t, auto& loads) { loads.reset({}); }, false);
     }
 
  private:

@@ -151,7 +151,7 @@ TEST_CASE("drive: a wall holds a grain until it is removed")
                              "walls: [{name: shelf, point: [0, 0, 0], normal: [0, 0, 1], removed_at: 0.02}]\n"
                              "grains: [{position: [0, 0, 0.004], radius: 0.004}]\n";
     Scene<3> scene(read(keys, 3, {0, 0, -9.81}));
-    auto const nothing = [](std::int64_t, Loads& loads) { loads.begin({}); };
+    auto const nothing = [](std::int64_t, Loads& loads) { loads.reset({}); };
     double const dt = 1e-5;
     scene.drive().advance(2000, dt, nothing, false, {{1000, liggghts::wall_name(0)}});
     double const fallen = 1000 * dt;

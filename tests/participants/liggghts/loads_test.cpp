@@ -52,7 +52,7 @@ Loads loads_on(std::vector<int> const& tags)
         torque.insert(torque.end(), 3, 100.0 * tag);
     }
     Loads loads;
-    loads.be(tags, force, torque);
+    loads.set(tags, force, torque);
     return loads;
 }
 
@@ -98,8 +98,8 @@ TEST_CASE("loads: power and mean")
     Fake grains({3, 2, 9});
     Loads a = loads_on({2, 3}), b = loads_on({2, 3}), mean;
     CHECK(a.power(grains.rows()) == 3 * (1.0 * 10.0 * (2 + 3) + 2.0 * 100.0 * (2 + 3)));
-    b.begin(b.tags());
-    mean.be_mean_of(a, b);
+    b.reset(b.tags());
+    mean.set_mean(a, b);
     CHECK(mean.tags() == a.tags());
     CHECK(mean.force[3] == 15.0);
     CHECK(mean.torque[0] == 100.0);
