@@ -22,8 +22,7 @@ struct Features
     bool operator==(Features const&) const = default;
 };
 
-//! What the collision of one row needs to know of the solids, and what it tells of them; arrays over x, 64-byte
-//! aligned.
+//! What the collision of one row needs to know of the solids, and what it tells of them; arrays over x.
 struct SolidRow
 {
     double const* fraction;  //!< sum of the bodies' solid fractions eps [-], may exceed 1 where bodies overlap

@@ -424,6 +424,8 @@ std::vector<std::string> describe(Config const& c)
                                           : "populations           single precision",
         "sound speed           " + with_unit(sound_speed_lu * c.units().velocity_unit(), "m/s"),
         format("hydrodynamic radius   %g R", c.hydrodynamic_radius),
+        c.surface == Surface::covered ? "moving grains         cover cells in part"
+                                      : "moving grains         interpolated surfaces",
         c.rotation ? format("frame                 turns at %g rad/s%s", c.rotation->rate,
                             c.hydrostatic ? "" : "; its field as gravity's: not on the lattice")
                    : "frame                 inertial",

@@ -42,8 +42,11 @@ struct RowBuffer
     }
     SolidRowInput input()
     {
-        return {
-            fraction.data(), weight.data(), open.data(), {momentum[0].data(), momentum[1].data(), momentum[2].data()}};
+        return {fraction.data(),
+                weight.data(),
+                open.data(),
+                ease.data(),
+                {momentum[0].data(), momentum[1].data(), momentum[2].data()}};
     }
 };
 

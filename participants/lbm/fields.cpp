@@ -121,7 +121,7 @@ void Solver<D>::read_moments(std::ptrdiff_t r, RowState<D>& row) const
 }
 
 //! Lattice units. In a covered cell the velocity is (1 - B) u + B u_s: the mean of the cell's momentum before and after
-//! the collision, hence what flows through it.
+//! the collision, hence what flows through it (B without its ease by inertia).
 template <int D>
 void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
 {

@@ -50,6 +50,7 @@ class Links
     //! Momentum that fluid took along into bodies since place(), as it moves with them: with all impulses what the
     //! fluid outside has lost.
     std::array<double, D> taken_along() const;
+    std::size_t bytes() const noexcept { return owner_.size() * sizeof(std::int32_t); }  //!< of all that is large
     bool covers(std::ptrdiff_t row, std::ptrdiff_t x) const noexcept
     {
         return owner_[static_cast<std::size_t>(row * cells_[0] + x)] != nobody;

@@ -217,6 +217,7 @@ void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff
         double& fraction = input.fraction[x];
         double& weight = input.weight[x];
         if (fraction <= 0) weight = 1, input.open[x] = 1;
+        input.ease[x] = 0;  // fine solids drag by their law
         double const room = std::max(0.0, full_weight - weight * fraction), own = std::min(c.weight, room) / weight;
         fraction += own;
         for (std::size_t k = 0; k < D; ++k) input.momentum[k][x] += own * c.velocity[k];

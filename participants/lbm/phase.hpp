@@ -23,7 +23,7 @@ struct PhaseView
 //! What the collision of a row takes of the solids in it; arrays over x (SolidRow).
 struct SolidRowInput
 {
-    double *fraction, *weight, *open;
+    double *fraction, *weight, *open, *ease;
     std::array<double*, 3> momentum;
 };
 

@@ -100,7 +100,7 @@ class Solver
     Layout const& layout() const noexcept { return layout_; }
     std::size_t bytes() const noexcept
     {
-        return populations_.bytes() + coverage_.bytes() + still_.bytes();
+        return populations_.bytes() + coverage_.bytes() + still_.bytes() + (links_ ? links_->bytes() : 0);
     }  //!< of all that is large
 
     //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest; of the bodies

@@ -68,7 +68,7 @@ TEST_CASE("config: defaults, and the step from the lattice velocity")
     CHECK(c.precision == lbm::Precision::float64);
     CHECK(c.surface == lbm::Surface::covered);
     CHECK(c.threads >= 1);
-    CHECK(lbm::describe(c).size() == 10);
+    CHECK(lbm::describe(c).size() == 11);
 }
 
 TEST_CASE("config: every key")
