@@ -126,6 +126,9 @@ void read_walls(sluice::Reader& r, Config& c, Beside const& beside)
             wall.place = side < 0 ? c.origin[a] : c.origin[a] + c.size[a];
             c.walls.push_back(wall);
         }
+    bool const has_axis = c.symmetry == Symmetry::axial && c.origin[0] == 0;
+    if (has_axis && c.walls[0].kind != WallKind::roller && c.walls[0].kind != WallKind::joined)
+        walls->refuse("left", "on the axis of symmetry: axial (needs roller: nothing moves across). Leave it out.");
     for (int axis = 0; axis < c.dimension; ++axis) {
         auto const at = static_cast<std::size_t>(2 * axis);
         bool const low = c.walls[at].kind == WallKind::joined, high = c.walls[at + 1].kind == WallKind::joined;

@@ -179,6 +179,12 @@ TEST_CASE("config: what cannot run is refused, with the key")
         errors("domain: {origin: [-0.1, 0], size: [0.4, 0.2]}\ncell: 0.01\nsymmetry: axial\n" + material + column),
         "beyond the axis"));
     CHECK(contains(errors(rings + "grains: {friction: 0.4}\n", 2, true), "no rings"));
+    for (std::string const left : {"fixed", "open", "{friction: 0.3}"})
+        CHECK(contains(errors(rings + "walls: {left: " + left + "}\n"), "on the axis of symmetry: axial"));
+    CHECK(errors(rings + "walls: {left: roller, right: fixed}\n").empty());
+    CHECK(errors("domain: {origin: [0.1, 0], size: [0.4, 0.2]}\ncell: 0.01\nsymmetry: axial\nwalls: {left: fixed}\n" +
+                 material + column)
+              .empty());
     std::string const soil = "material: {law: mohr_coulomb, density: 1, youngs_modulus: 1, poissons_ratio: 0.2, ";
     CHECK(
         contains(errors(domain + column + soil + "friction_angle: 20, dilation_angle: 30}\n"), "dilation_angle = 30"));
