@@ -65,6 +65,7 @@ void keep(Solver<D> const& solver, sluice::State& kept)
              std::vector<double>{b.plastic, b.sliding, b.damping, b.numerical, b.external_work, b.field_work});
     kept.put_number("time", state.time);
     kept.put_integer("steps", state.steps);
+    kept.put_number("speed", solver.speed());
     kept.put_integer("light_nodes", solver.light_nodes());
 }
 
@@ -96,8 +97,13 @@ void restore(Solver<D>& solver, sluice::State const& kept)
     state.time = kept.number("time");
     state.steps = kept.integer("steps");
     require_usable(solver, state);
+    double const speed = kept.number("speed");
+    require(speed > 0 && std::isfinite(speed), [] {
+        return Error("mpm: speed of the checkpoint is none (needs a number above 0). Resume from an older one.",
+                     sluice::Exit::io);
+    });
     std::int64_t const light_nodes = kept.integer("light_nodes");
-    solver.restore(std::move(state));
+    solver.restore(std::move(state), speed);
     solver.count_light_nodes_from(light_nodes);
 }
 

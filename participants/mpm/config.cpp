@@ -126,6 +126,9 @@ void read_walls(sluice::Reader& r, Config& c, Beside const& beside)
             wall.place = side < 0 ? c.origin[a] : c.origin[a] + c.size[a];
             c.walls.push_back(wall);
         }
+    bool const has_axis = c.symmetry == Symmetry::axial && c.origin[0] == 0;
+    if (has_axis && c.walls[0].kind != WallKind::roller && c.walls[0].kind != WallKind::joined)
+        walls->refuse("left", "on the axis of symmetry: axial (needs roller: nothing moves across). Leave it out.");
     for (int axis = 0; axis < c.dimension; ++axis) {
         auto const at = static_cast<std::size_t>(2 * axis);
         bool const low = c.walls[at].kind == WallKind::joined, high = c.walls[at + 1].kind == WallKind::joined;
@@ -160,6 +163,11 @@ void read_gates(sluice::Reader& r, Config& c)
         wall.kind = gate.has("friction") ? WallKind::rough : WallKind::roller;
         if (c.cell > 0 && !is_whole((wall.place - c.origin[static_cast<std::size_t>(wall.axis)]) / c.cell))
             gate.refuse("at", format("m (must be on a grid line: origin plus a multiple of %g m)", c.cell));
+        if (c.walls[static_cast<std::size_t>(2 * wall.axis)].kind == WallKind::joined)
+            gate.refuse("across",
+                        format("beside periodic sides across %c (what it holds back would come in behind it). "
+                               "Take walls there, or another axis.",
+                               "xyz"[wall.axis]));
         gate.finish();
         c.walls.push_back(wall);
     }
@@ -188,8 +196,9 @@ void read_plates(sluice::Reader& r, Config& c)
     }
 }
 
-BodyConfig read_body(sluice::Reader& r, int dimension)
+BodyConfig read_body(sluice::Reader& r, Config const& c)
 {
+    int const dimension = c.dimension;
     BodyConfig body;
     if (r.has("box") == r.has("ball")) r.problem("box", "needs one of box, ball.");
     if (auto box = r.child_if("box")) {
@@ -203,6 +212,11 @@ BodyConfig read_body(sluice::Reader& r, int dimension)
         body.ball = true;
         body.centre = vector_of(*ball, "centre", dimension, {.unit = "m"});
         body.radius = ball->number("radius", {.above = 0.0, .unit = "m"});
+        if (c.symmetry == Symmetry::axial && body.centre[0] < body.radius)
+            ball->refuse("centre",
+                         format("beside symmetry: axial, over the axis (must be at r >= %g m: a ball is a ring "
+                                "there). Take a box, or dimension: 3.",
+                                body.radius));
         ball->finish();
     }
     body.velocity = vector_or_zero(r, "velocity", dimension, {.unit = "m/s"});
@@ -295,7 +309,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     read_gates(r, c);
     read_plates(r, c);
     read_column(r, c);
-    for (sluice::Reader body : r.list("bodies")) c.bodies.push_back(read_body(body, dimension));
+    for (sluice::Reader body : r.list("bodies")) c.bodies.push_back(read_body(body, c));
     if (c.bodies.empty()) r.problem("column", "is missing (give column, bodies or both).");
     read_geostatic(r, c);
     if (auto contact = r.child_if("grains")) {

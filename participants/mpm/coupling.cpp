@@ -262,7 +262,11 @@ void run(sluice::Participant& self, Config const& config)
     auto const begin_recording = [&](std::optional<double> resumed_at) {
         bool const works = (config.rotation && config.rotation->ramp > 0) || solver.setup().period.norm() > 0;
         recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash},
-                         Extras{.field_work = works, .grains = edge.exists(), .fluid = fluid.exists()}, resumed_at);
+                         Extras{.field_work = works,
+                                .grains = edge.exists(),
+                                .fluid = fluid.exists(),
+                                .rings = config.symmetry == Symmetry::axial},
+                         resumed_at);
         if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
     };
     if (!self.resumes()) {

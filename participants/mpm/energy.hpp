@@ -4,8 +4,8 @@
 
 namespace mpm {
 
-//! Energy ledger [J]; plane: per metre. balance() is constant to the accuracy of the elastic law: everything that the
-//! steps lose or gain themselves is in `numerical`.
+//! Energy ledger [J]; plane: per metre, axial: of whole rings. balance() is constant to the accuracy of the elastic
+//! law: everything that the steps lose or gain themselves is in `numerical`.
 struct Energies
 {
     double kinetic = 0;

@@ -13,7 +13,7 @@ typedef int FourIndices __attribute__((vector_size(16)));
 template <int D>
 inline constexpr int rows_of_nodes = D == 2 ? 3 : 9;  //!< of three, that a point reaches
 
-//! Planes of numbers, one a node, over a box of nodes; x fastest. Rows may be read and written three nodes beyond.
+//! Planes of numbers, one a node, over a box of nodes; x fastest. Rows may be read and written one node beyond.
 template <int D>
 struct Planes
 {

@@ -16,7 +16,6 @@ using namespace packed;
 
 constexpr std::int64_t sorted_every = 32;  //!< steps; 8 to 128 are within 2 %
 constexpr double most_nodes_of_a_point = 50;
-constexpr std::size_t worth_sharing = 10000;  //!< nodes
 //! Cells along an edge of the tiles that points are sorted by: a chunk of four (eight) points a cell is one (two) of
 //! them, and reaches few nodes.
 template <int D>
@@ -136,6 +135,7 @@ template <int D>
 void PackedStep<D>::sort(Setup<D> const& setup)
 {
     constexpr int edge = tile<D>;
+    constexpr std::uint32_t in_tile = D == 2 ? edge * edge : edge * edge * edge;
     std::vector<std::array<int, D>> cells(points_.size());
     std::array<int, D> low, high;
     low.fill(INT32_MAX), high.fill(INT32_MIN);
@@ -160,7 +160,7 @@ void PackedStep<D>::sort(Setup<D> const& setup)
             of_tile = of_tile * tiles[a] + at / edge;
             within = within * edge + at % edge;
         }
-        keys[k] = of_tile * static_cast<std::uint32_t>(std::pow(edge, D)) + within;
+        keys[k] = of_tile * in_tile + within;
     }
     points_.sort(keys, static_cast<std::size_t>(count));
 }

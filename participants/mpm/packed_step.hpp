@@ -33,7 +33,8 @@ class PackedStep
         bool all_inside = true, all_upright = true;
     };
 
-    static constexpr std::size_t chunk = 1024;  //!< points
+    static constexpr std::size_t chunk = 1024;           //!< points
+    static constexpr std::size_t worth_sharing = 10000;  //!< nodes; threads share so many
 
     explicit PackedStep(int threads);
     PackedStep(PackedStep const& other);

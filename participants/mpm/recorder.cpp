@@ -11,12 +11,13 @@ template <int D>
 std::vector<std::string> headers(Extras extras)
 {
     std::vector<std::string> columns{"time [s]", "run_out [m]", "foremost [m]", "height [m]"};
+    char const* const unit = D == 2 && !extras.rings ? " [J/m]" : " [J]";
     for (char const* const energy : {"kinetic", "potential", "elastic", "dissipated_plastic", "dissipated_sliding",
                                      "dissipated_damping", "dissipated_numerical", "external_work", "balance"})
-        columns.push_back(std::string(energy) + (D == 2 ? " [J/m]" : " [J]"));
+        columns.push_back(std::string(energy) + unit);
     for (int k = 0; k < D; ++k) columns.push_back(std::string("centre_") + "xyz"[k] + " [m]");
-    columns.push_back(D == 2 ? "drift [J/m]" : "drift [J]");
-    if (extras.field_work) columns.push_back(D == 2 ? "field_work [J/m]" : "field_work [J]");
+    columns.push_back(std::string("drift") + unit);
+    if (extras.field_work) columns.push_back(std::string("field_work") + unit);
     auto const impulse = [&](std::string const& name) {
         for (int k = 0; k < D; ++k) columns.push_back(name + "_" + "xyz"[k] + (D == 2 ? " [N s/m]" : " [N s]"));
     };

@@ -17,6 +17,7 @@ struct Extras
     bool field_work = false;  //!< the rate of the frame changes, or sides are joined
     bool grains = false;      //!< the impulse on those of a partner
     bool fluid = false;       //!< the impulse of a partner's fluid
+    bool rings = false;       //!< energies are of whole rings
 };
 
 //! What a run leaves behind: ParaView series and HDF5 archive of the points, time series. The layout is in README.md.

@@ -102,12 +102,15 @@ void Solver<D>::set_gravity(Vec<D> const& gravity)
 }
 
 template <int D>
-void Solver<D>::restore(State<D> state)
+void Solver<D>::restore(State<D> state, std::optional<double> speed)
 {
     state_ = std::move(state);
     packed_has_points_ = points_are_behind_ = false;
     increments_.resize(state_.points.size());
-    find_speed();
+    if (speed)
+        speed_ = *speed;
+    else
+        find_speed();
 }
 
 template <int D>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -65,8 +66,11 @@ class Solver
     //! No bit of a result depends on it.
     void use_threads(int threads);
     void set_gravity(Vec<D> const& gravity);
-    //! Continues from a state that another solver of the same setup had.
-    void restore(State<D> state);
+    //! Of the fastest wave over the fastest point, after the last step [m/s].
+    double speed() const { return speed_; }
+    //! Continues from a state that another solver of the same setup had, and from its speed(), which the two ways of a
+    //! step round differently. Absent: that of the points.
+    void restore(State<D> state, std::optional<double> speed = std::nullopt);
 
     //! With mass, in the last step.
     std::size_t nodes() const { return nodes_reached_; }
@@ -104,7 +108,7 @@ class Solver
     GrainContacts<D> grains_;
     std::vector<Vec<D>> loads_, places_;
     std::vector<Mat3> increments_;  //!< of the deformation gradient
-    double speed_ = 0;              //!< wave and point [m/s]
+    double speed_ = 0;
     std::int64_t light_nodes_ = 0;
 };
 

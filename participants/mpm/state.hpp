@@ -126,7 +126,7 @@ struct Setup
     }
 };
 
-//! Energies that left the points, since the start [J]; plane: per metre.
+//! Energies that left the points, since the start [J]; plane: per metre, axial: of whole rings.
 struct Booked
 {
     double plastic = 0;        //!< dissipated by the law

@@ -71,6 +71,23 @@ TEST_CASE("checkpoint: a run that goes on from one is bit for bit the other, wit
     goes_on<3>(c);
 }
 
+TEST_CASE("checkpoint: the longest step is that of the run, to the last bit")
+{
+    auto c = unit::box<2>(100, {1, 1, 0}, {2, 2, 0});
+    c.walls.clear();
+    auto solver = mpm::make_solver<2>(c);
+    REQUIRE(mpm::PackedStep<2>::serves(solver.setup()));
+    for (auto& p : solver.points()) p.velocity = {200 + p.place[0], 300 + p.place[1]};
+    for (int k = 0; k < 50; ++k) {  // the velocity outweighs the wave of 12 m/s: its rounding shows
+        solver.step(1e-4);
+        sluice::State kept;
+        mpm::keep(solver, kept);
+        auto other = mpm::make_solver<2>(c);
+        mpm::restore(other, kept);
+        CHECK(other.longest_step() == solver.longest_step());
+    }
+}
+
 TEST_CASE("checkpoint: one that lacks something, or does not fit, is refused and changes nothing")
 {
     auto solver = mpm::make_solver<2>(collapse());
@@ -96,6 +113,11 @@ TEST_CASE("checkpoint: one that lacks something, or does not fit, is refused and
     sluice::State twice;
     mpm::keep(mpm::Solver<2>(solver.setup(), disordered), twice);
     CHECK(refused(twice).find("points/order") != std::string::npos);
+    auto still = solver;
+    still.restore(solver.state(), 0.0);
+    sluice::State without_speed;
+    mpm::keep(still, without_speed);
+    CHECK(refused(without_speed).find("speed") != std::string::npos);
     auto broken = solver;
     broken.points()[5].place[0] = 0.6;
     sluice::State outside;

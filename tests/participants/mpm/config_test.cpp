@@ -172,6 +172,8 @@ TEST_CASE("config: what cannot run is refused, with the key")
     CHECK(read(round).walls[1].kind == mpm::WallKind::joined);
     CHECK(contains(errors(domain + material + column + "walls: {left: periodic}\n"), "needs right: periodic"));
     CHECK(contains(errors(round + "plates: [{point: [0, 0], normal: [0, 1]}]\n"), "beside plates"));
+    CHECK(contains(errors(round + "gates: [{at: 0.1, removed_at: 1}]\n"), "beside periodic sides across x"));
+    CHECK(errors(round + "gates: [{across: y, at: 0.1, removed_at: 1}]\n").empty());
     std::string const rings = domain + material + column + "symmetry: axial\n";
     CHECK(read(rings).symmetry == mpm::Symmetry::axial);
     CHECK(contains(errors(rings + "basis: spline\n"), "symmetry = axial beside another basis"));
@@ -179,6 +181,18 @@ TEST_CASE("config: what cannot run is refused, with the key")
         errors("domain: {origin: [-0.1, 0], size: [0.4, 0.2]}\ncell: 0.01\nsymmetry: axial\n" + material + column),
         "beyond the axis"));
     CHECK(contains(errors(rings + "grains: {friction: 0.4}\n", 2, true), "no rings"));
+    for (std::string const left : {"fixed", "open", "{friction: 0.3}"})
+        CHECK(contains(errors(rings + "walls: {left: " + left + "}\n"), "on the axis of symmetry: axial"));
+    CHECK(errors(rings + "walls: {left: roller, right: fixed}\n").empty());
+    CHECK(errors("domain: {origin: [0.1, 0], size: [0.4, 0.2]}\ncell: 0.01\nsymmetry: axial\nwalls: {left: fixed}\n" +
+                 material + column)
+              .empty());
+    auto const ball = [&](std::string const& centre) {
+        return errors(rings + "bodies: [{ball: {centre: [" + centre + ", 0.15], radius: 0.04}}]\n");
+    };
+    CHECK(contains(ball("0"), "over the axis (must be at r >= 0.04 m"));
+    CHECK(contains(ball("0.039"), "bodies[0].ball.centre"));
+    CHECK(ball("0.04").empty());
     std::string const soil = "material: {law: mohr_coulomb, density: 1, youngs_modulus: 1, poissons_ratio: 0.2, ";
     CHECK(
         contains(errors(domain + column + soil + "friction_angle: 20, dilation_angle: 30}\n"), "dilation_angle = 30"));

@@ -88,7 +88,7 @@ Heap heap(double aspect_ratio, int cells)
 }
 
 //! The law of Lube, Huppert, Sparks and Hallworth, J. Fluid Mech. 508 (2004) 175, of any grains on any floor; mark 25
-//! %: what materials differ by (file D12_column_collapse_axisym.csv).
+//! %: what materials differ by (file D12_column_collapse_axisym.csv). Of the ledger 1 %: what M07 may gain.
 void check_heap(double a, int cells)
 {
     Stopwatch const watch;
@@ -101,15 +101,17 @@ void check_heap(double a, int cells)
 
 }  // namespace
 
-//! Marks: 1 % of the displacement as of the bars of M01; stress of its order in strain next to a free side, where
-//! points end in the middle of a cell's weights, falls with the cell.
+//! Marks: 1 % of the displacement as of the bars of M01. Of the stress what a quarter of a cell in place makes of it at
+//! the inner side, |ds/dr| h/4 = 8/3 p/128 = 0.021 p: points end there in the middle of a cell's weights, and the error
+//! falls with the cell.
 TEST_CASE("M15: a thick-walled cylinder under pressure")
 {
     Stopwatch const watch;
     Cylinder const coarse = thick_walled(8), fine = thick_walled(16), finest = thick_walled(32);
     CHECK(
         report({"M15", "opening of the cylinder, 32 cells", finest.opening, 0, finest.opening, 0.01, watch.seconds()}));
-    CHECK(report({"M15", "hoop stress, 32 cells, rms by p", finest.hoop, 0, finest.hoop, 0.02, watch.seconds()}));
+    CHECK(report(
+        {"M15", "hoop stress, 32 cells, rms by p", finest.hoop, 0, finest.hoop, 8.0 / 3 / 128, watch.seconds()}));
     double const order = std::log2(fine.hoop / finest.hoop);
     CHECK(report(
         {"M15", "hoop stress: order, 16 to 32 cells", order, 1, std::max(0.0, 1 - order), 0.2, watch.seconds()}));

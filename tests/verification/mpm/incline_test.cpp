@@ -11,7 +11,7 @@ using namespace verification;
 //! A layer of mu(I) grains that flows down a rough plane for ever, between joined sides: Bagnold's profile
 //!     u = 2/3 (I/d) sqrt(rho g cos(slope)/rho_s) (H^(3/2) - (H - y)^(3/2)),   I = I0 (tan - mu_s)/(mu_2 - tan)
 //! Source: GDR MiDi, Eur. Phys. J. E 14 (2004) 341; Jop, Forterre and Pouliquen (2006). It starts a tenth too slow, and
-//! is followed until a hundredth is left. Marks: 2 %, as of the waves of M01.
+//! is followed until a hundredth is left. Marks: 2 %, as of the plateaus of velocity of M02.
 TEST_CASE("M16: mu(I) down an incline")
 {
     Stopwatch const watch;
@@ -24,6 +24,7 @@ TEST_CASE("M16: mu(I) down an incline")
     c.gravity = {9.81 * std::sin(slope), -9.81 * std::cos(slope), 0};
     c.density = density;
     c.law = grains;
+    c.shared_volume = false;  // a scene's default is true, which becomes unquiet with flip: 0.99 (README, Limits)
     c.bodies.push_back({.high = {c.size[0], depth, 0}});
     for (int side : {-1, 1})
         c.walls.push_back({.axis = 0, .side = side, .place = side < 0 ? 0 : c.size[0], .kind = mpm::WallKind::joined});

@@ -52,6 +52,7 @@ double front_of(std::vector<Piece> const& pieces, double depth)
 //! Energies by the potential energy of the start, times by sqrt(H0/g).
 struct Course
 {
+    double grain = 0;                     //!< mean diameter by the column's width
     double kinetic = 0;                   //!< the largest
     double lost_at_1 = 0, lost_at_3 = 0;  //!< dissipated until then
     double rubbed_at_3 = 0;               //!< of it by friction, sliding and rolling
@@ -81,7 +82,8 @@ Course as_grains(double aspect_ratio)
     std::vector<Piece> pieces;
     for (auto const& place : grains.place)
         pieces.push_back({place.centre.x / width, place.radius / width, share * dem::volume_of<2>(place.radius)});
-    c.one_grain = front_of(pieces, dem::mean_diameter(grains) / width) - 1;
+    c.grain = dem::mean_diameter(grains) / width;
+    c.one_grain = front_of(pieces, c.grain) - 1;
     c.tail = front_of(pieces, 0.05 * std::sqrt(height / width)) - 1;
     return c;
 }
@@ -104,7 +106,7 @@ Course as_continuum(double aspect_ratio, double grain)
     config.shared_volume = true;
     auto solver = mpm::make_solver<2>(config);
     double const whole = solver.energies().potential;
-    Course c;
+    Course c{.grain = grain};
     for (int k = 1; k <= 70; ++k) {
         while (solver.time() < 0.1 * k * time_scale) solver.step(solver.longest_step());
         auto const e = solver.energies();
@@ -121,12 +123,6 @@ Course as_continuum(double aspect_ratio, double grain)
     return c;
 }
 
-//! Mean diameter of 3000 discs by the width of their column, of porosity 0.19: 1.15 mm in 98 mm at a = 0.4.
-double grain_of(double aspect_ratio)
-{
-    return 1.15 / 98 * std::sqrt(aspect_ratio / 0.4);
-}
-
 }  // namespace
 
 TEST_CASE("M08: tall columns as a continuum and as grains, at like depth" * doctest::skip())
@@ -134,9 +130,9 @@ TEST_CASE("M08: tall columns as a continuum and as grains, at like depth" * doct
     // the file (D11_column_collapse_2d.csv): MPM of the thesis, mark 20 % as of its elements above a = 2
     for (auto const& [a, thesis] : {std::pair{4.0, 7.968}, {6.0, 12.09}}) {
         Stopwatch const watch;
-        Course const grains = as_grains(a), matter = as_continuum(a, grain_of(a));
+        Course const grains = as_grains(a), matter = as_continuum(a, grains.grain);
         double const ratio = matter.one_grain / grains.one_grain;
-        CHECK(ratio > 1);  // sweep 19: a continuum of constant friction goes farther
+        CHECK(ratio > 1);  // a sign only: the mark of study L, 1.3 to 1.7 at a = 6, is missed (README, Measured)
         CHECK(report({"M08", "a = " + std::to_string(int(a)) + ": run-out at one grain's depth, by the thesis' MPM",
                       matter.one_grain, thesis, std::abs(matter.one_grain / thesis - 1), 0.2, watch.seconds()}));
         std::printf(
@@ -147,10 +143,10 @@ TEST_CASE("M08: tall columns as a continuum and as grains, at like depth" * doct
                     matter.lost_at_1, matter.lost_at_3, grains.lost_at_1, grains.lost_at_3, matter.rubbed_at_3,
                     grains.rubbed_at_3);
         if (a < 6) continue;
-        // S21: 60 of the 74 % that grains have lost at 3 sqrt(H0/g) are friction's (15 %); matter loses less at first
+        // study L: 60 of the 74 % that grains have lost at 3 sqrt(H0/g) are friction's (15 %)
         double const friction = grains.rubbed_at_3 / grains.lost_at_3;
-        CHECK(report({"S21", "a = 6: share of friction in what grains lose", friction, 60.0 / 74,
+        CHECK(report({"M08", "a = 6: share of friction in what grains lose", friction, 60.0 / 74,
                       std::abs(friction / (60.0 / 74) - 1), 0.15, watch.seconds()}));
-        CHECK(matter.lost_at_1 < grains.lost_at_1);
+        CHECK(matter.lost_at_1 < grains.lost_at_1);  // a sign only: the mark of study L, 0.7 to 0.9, is missed
     }
 }
