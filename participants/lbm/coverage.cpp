@@ -10,11 +10,6 @@
 namespace lbm {
 namespace {
 
-constexpr std::ptrdiff_t wrap(std::ptrdiff_t i, std::ptrdiff_t n)
-{
-    return (i % n + n) % n;
-}
-
 std::size_t box_side(double radius)
 {
     return static_cast<std::size_t>(2 * radius) + 3;

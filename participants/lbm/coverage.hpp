@@ -21,6 +21,20 @@ struct Body
     double radius;                        //!< hydrodynamic
     std::array<double, D> velocity;       //!< cells a step
     std::array<double, spins<D>> spin{};  //!< angular velocity (1/step)
+
+    //! At the end of an arm from its centre.
+    std::array<double, D> velocity_at(std::array<double, D> const& arm) const noexcept
+    {
+        std::array<double, D> u = velocity;
+        if constexpr (D == 2) {
+            u[0] -= spin[0] * arm[1];
+            u[1] += spin[0] * arm[0];
+        } else {
+            auto const turned = cross(spin, arm);
+            for (std::size_t k = 0; k < 3; ++k) u[k] += turned[k];
+        }
+        return u;
+    }
 };
 
 constexpr std::ptrdiff_t strip_lanes = 4;  //!< cells that loops over a strip take at a time
@@ -67,15 +81,10 @@ struct StripVelocity
     {
         if (s.body >= static_cast<std::ptrdiff_t>(bodies.size())) return;  // patches rest
         Body<D> const& b = bodies[static_cast<std::size_t>(s.body)];
-        first = b.velocity;
+        first = b.velocity_at(s.arm);
         if constexpr (D == 2) {
-            first[0] -= b.spin[0] * s.arm[1];
-            first[1] += b.spin[0] * s.arm[0];
             slope[1] = b.spin[0];
         } else {
-            first[0] += b.spin[1] * s.arm[2] - b.spin[2] * s.arm[1];
-            first[1] += b.spin[2] * s.arm[0] - b.spin[0] * s.arm[2];
-            first[2] += b.spin[0] * s.arm[1] - b.spin[1] * s.arm[0];
             slope[1] = b.spin[2];
             slope[2] = -b.spin[1];
         }

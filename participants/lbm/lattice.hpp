@@ -72,6 +72,17 @@ constexpr std::array<double, 3> cross(std::array<double, 3> const& a, std::array
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+//! Moment of a vector at the end of an arm.
+template <int D>
+constexpr std::array<double, spins<D>> moment_of(std::array<double, D> const& arm,
+                                                 std::array<double, D> const& v) noexcept
+{
+    if constexpr (D == 2)
+        return {arm[0] * v[1] - arm[1] * v[0]};
+    else
+        return cross(arm, v);
+}
+
 //! Equilibrium of direction q, shifted: f_eq - w_q [-]. `density_excess` = rho - 1, velocity in cells a step.
 template <int D>
 constexpr double equilibrium(std::size_t q, double density_excess, std::array<double, D> const& u) noexcept

@@ -11,6 +11,12 @@ namespace lbm {
 //! Cells along x, y, z; one along z in the plane.
 using Extent = std::array<std::ptrdiff_t, 3>;
 
+//! Place of a cell along a periodic axis of n cells.
+constexpr std::ptrdiff_t wrap(std::ptrdiff_t i, std::ptrdiff_t n) noexcept
+{
+    return (i % n + n) % n;
+}
+
 //! Cells side by side: the lowest one, and how many along x, y, z.
 struct Box
 {

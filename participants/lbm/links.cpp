@@ -11,40 +11,13 @@ namespace {
 
 constexpr double given_a_step = 0.1;  //!< of what is missing: a jump of one cell makes a whisper
 
-constexpr std::ptrdiff_t wrap(std::ptrdiff_t i, std::ptrdiff_t n)
-{
-    return (i % n + n) % n;
-}
-
-template <int D>
-std::array<double, D> velocity_at(Body<D> const& b, std::array<double, D> const& arm)
-{
-    std::array<double, D> u = b.velocity;
-    if constexpr (D == 2) {
-        u[0] -= b.spin[0] * arm[1];
-        u[1] += b.spin[0] * arm[0];
-    } else {
-        for (std::size_t k = 0; k < 3; ++k) {
-            std::size_t const i = (k + 1) % 3, j = (k + 2) % 3;
-            u[k] += b.spin[i] * arm[j] - b.spin[j] * arm[i];
-        }
-    }
-    return u;
-}
-
 //! Adds a momentum that acts at the end of an arm.
 template <int D>
 void add_at(typename Links<D>::Impulse& to, std::array<double, D> const& arm, std::array<double, D> const& momentum)
 {
     for (std::size_t k = 0; k < D; ++k) to[k] += momentum[k];
-    if constexpr (D == 2) {
-        to[2] += arm[0] * momentum[1] - arm[1] * momentum[0];
-    } else {
-        for (std::size_t k = 0; k < 3; ++k) {
-            std::size_t const i = (k + 1) % 3, j = (k + 2) % 3;
-            to[3 + k] += arm[i] * momentum[j] - arm[j] * momentum[i];
-        }
-    }
+    auto const moment = moment_of<D>(arm, momentum);
+    for (std::size_t k = 0; k < moment.size(); ++k) to[D + k] += moment[k];
 }
 
 template <int D, class Stored>
@@ -272,7 +245,7 @@ template <class Stored>
 double Links<D>::cover(Rows<D, Stored> const& rows, std::size_t i, Body<D> const& body, Cell const& cell)
 {
     Moments<D> const m(rows, cell.at);
-    auto const u = velocity_at<D>(body, cell.arm);
+    auto const u = body.velocity_at(cell.arm);
     std::array<double, D> given;
     for (std::size_t k = 0; k < D; ++k) {
         double const own = (1 + m.excess) * u[k] - half_force_[k];
@@ -307,7 +280,7 @@ double Links<D>::uncover(Rows<D, Stored> const& rows, Body<D> const& body, Cell 
     std::array<double, D> odd{};  // what the stress must not have: momentum
     for (std::size_t q = 0; q < L::directions; ++q)
         for (std::size_t k = 0; k < D; ++k) odd[k] += share * stress[q] * L::c[q][k];
-    auto const u = velocity_at<D>(body, cell.arm);
+    auto const u = body.velocity_at(cell.arm);
     for (std::size_t q = 0; q < L::directions; ++q) {
         double f = equilibrium<D>(q, excess, u) + share * stress[q];
         for (std::size_t k = 0; k < D; ++k) f -= 3 * L::weight[q] * L::c[q][k] * (odd[k] + half_force_[k]);
@@ -324,10 +297,10 @@ void Links<D>::fill(Rows<D, Stored> const& rows, Body<D> const& body, Run const&
 {
     using L = Lattice<D>;
     constexpr std::ptrdiff_t at_once = 64;
-    std::array<double, D> const first = velocity_at<D>(body, run.arm);
+    std::array<double, D> const first = body.velocity_at(run.arm);
     auto next = run.arm;
     next[0] += 1;
-    std::array<double, D> slope = velocity_at<D>(body, next);
+    std::array<double, D> slope = body.velocity_at(next);
     for (std::size_t k = 0; k < D; ++k) slope[k] -= first[k];
     for (std::ptrdiff_t begin = 0; begin < run.count; begin += at_once) {
         std::ptrdiff_t const count = std::min(at_once, run.count - begin);
@@ -416,7 +389,7 @@ double Links<D>::reflect_link(Link<Stored> const& link, std::size_t i, Body<D> c
 {
     using L = Lattice<D>;
     std::size_t const q = link.q, back = L::opposite[q];
-    auto const u = velocity_at<D>(body, link.arm);
+    auto const u = body.velocity_at(link.arm);
     double normal = 0, square = 0;
     for (std::size_t k = 0; k < D; ++k) {
         normal += L::c[q][k] * u[k];
@@ -499,7 +472,7 @@ void Links<D>::press(std::size_t i, Body<D> const& body, double excess)
         auto arm = cell.arm;
         for (std::size_t k = 0; k < D; ++k) arm[k] -= 0.5 * L::c[q][k];
         double const density = excess + hydrostatic(arm);
-        auto const u = velocity_at<D>(body, cell.arm);
+        auto const u = body.velocity_at(cell.arm);
         for (std::size_t k = 0; k < D; ++k) missing_[i] += 6 * L::weight[q] * L::c[q][k] * u[k];
         add_at<D>(pressed_[i], arm,
                   exchanged<D>(q, u, equilibrium<D>(q, density, u), equilibrium<D>(L::opposite[q], density, u)));

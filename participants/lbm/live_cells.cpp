@@ -41,7 +41,7 @@ void erode(std::vector<char>& marked, Extent const& n, std::size_t axis, bool pe
     for (std::ptrdiff_t lines = 0; lines < cells; lines += step * count)  // `step` lines lie side by side
         for (std::ptrdiff_t k = 0; k < count; ++k)
             for (std::ptrdiff_t away = -rim; away <= rim; ++away) {
-                std::ptrdiff_t const at = periodic ? ((k + away) % count + count) % count : k + away;
+                std::ptrdiff_t const at = periodic ? wrap(k + away, count) : k + away;
                 if (away == 0 || at < 0 || at >= count) continue;
                 char const* const other = before.data() + lines + at * step;
                 char* const here = marked.data() + lines + k * step;

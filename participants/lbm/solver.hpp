@@ -139,7 +139,7 @@ class Solver
         return links_ ? std::span<Body<D> const>() : std::span<Body<D> const>(bodies_);
     }
     double fluid_too_many(std::size_t body) const;
-    std::array<double, 3> hydrostatic_torque(std::size_t body, std::array<double, D> const& a) const;
+    std::array<double, spins<D>> torque_of_field(std::array<double, D> moment, std::array<double, D> const& a) const;
     void resize_loads(std::size_t bodies);
     void complete();
     std::array<double, D> place_of(std::array<double, D> at) const;

@@ -147,9 +147,10 @@ void Solver<D>::find_loads()
         for (std::size_t k = 0; k < D; ++k) between[k] = 0.5 * (d.motion[k] + past.motion[k]);
         auto const a = acceleration_at(place_of(bodies_[i].centre), between.data());
         for (std::size_t k = 0; k < D; ++k) force_[D * i + k] = load(k, inside) - fluid_too_many(i) * a[k];
-        auto const turned = hydrostatic_torque(i, a);
+        // what fluid at rest does to cells that are no fluid is not the body's
+        auto const turned = links_ ? torque_of_field(links_->moment_in(i), a) : std::array<double, spins<D>>{};
         for (std::size_t k = 0; k < spins<D>; ++k)
-            torque_[spins<D> * i + k] = load(D + k, inside * d.gyration) + turned[D == 2 ? 2 : k];
+            torque_[spins<D> * i + k] = load(D + k, inside * d.gyration) + turned[k];
     }
     past_ = std::move(now);
     if (!same) last_id_ = id_;
@@ -164,17 +165,13 @@ double Solver<D>::fluid_too_many(std::size_t body) const
     return displaced_[body].mass - cells * config_.units().mass_unit();
 }
 
-//! Of a body whose cells are no fluid: what fluid at rest does to these, about the body's centre, with the other sign.
+//! Torque [N m] of an acceleration on fluid, about where its first moment of volume [cells^2] is taken.
 template <int D>
-std::array<double, 3> Solver<D>::hydrostatic_torque(std::size_t body, std::array<double, D> const& a) const
+std::array<double, spins<D>> Solver<D>::torque_of_field(std::array<double, D> moment,
+                                                        std::array<double, D> const& a) const
 {
-    std::array<double, 3> moment{}, field{};
-    if (!links_) return moment;
-    for (std::size_t k = 0; k < D; ++k) {
-        moment[k] = config_.units().mass_unit() * config_.cell * links_->moment_in(body)[k];
-        field[k] = a[k];
-    }
-    return cross(moment, field);
+    for (double& component : moment) component *= config_.units().mass_unit() * config_.cell;
+    return moment_of<D>(moment, a);
 }
 
 template <int D>
@@ -205,15 +202,11 @@ void Solver<D>::find_solid_loads()
         auto middle = patch.centre;  // of what is stored: the field is linear
         for (std::size_t k = 0; k < D; ++k) middle[k] += patch.first_moment[k] / std::max(patch.volume, 1e-300);
         auto const a = acceleration_at(place_of(middle), rest.data());
-        std::array<double, 3> moment{}, field{};
-        for (std::size_t k = 0; k < D; ++k) {
+        for (std::size_t k = 0; k < D; ++k)
             solid_force_[D * i + k] = 0.5 * (now[k] + last[k]) - mass_unit * patch.volume * a[k];
-            moment[k] = mass_unit * config_.cell * patch.first_moment[k];
-            field[k] = a[k];
-        }
-        auto const of_field = cross(moment, field);
+        auto const of_field = torque_of_field(patch.first_moment, a);
         for (std::size_t k = 0; k < spins<D>; ++k)
-            solid_torque_[spins<D> * i + k] = 0.5 * (now[D + k] + last[D + k]) - of_field[D == 2 ? 2 : k];
+            solid_torque_[spins<D> * i + k] = 0.5 * (now[D + k] + last[D + k]) - of_field[k];
         solid_exchange_[i] = now;
     }
 }
