@@ -11,12 +11,12 @@
 #include "participants/dem/checkpoint.hpp"
 #include "participants/dem/domain.hpp"
 #include "participants/dem/measures.hpp"
-#include "participants/dem/mpi_peers.hpp"
 #include "participants/dem/partner_loads.hpp"
 #include "participants/dem/recorder.hpp"
 #include "participants/dem/setup.hpp"
 #include "participants/dem/start.hpp"
 #include "participants/dem/steady_shear.hpp"
+#include "participants/ranks/mpi_peers.hpp"
 
 namespace dem {
 namespace {
@@ -171,7 +171,7 @@ class Overview
 
 //! Several processes: the grains of the first are shared out.
 template <int D>
-void share_out(sluice::Participant& self, Solver<D>& solver, Peers* peers)
+void share_out(sluice::Participant& self, Solver<D>& solver, ranks::Peers* peers)
 {
     if (!peers) return;
     solver.share_out(*peers);
@@ -187,7 +187,7 @@ template <int D>
 void run(sluice::Participant& self, Config const& config)
 {
     bool const first = self.rank() == 0;
-    auto const peers = self.ranks() > 1 ? mpi_peers(self.rank(), self.ranks()) : nullptr;
+    auto const peers = self.ranks() > 1 ? ranks::mpi_peers(self.rank(), self.ranks()) : nullptr;
     double const series = self.scene().series_interval;
     bool const ledger = config.measures.need_ledger(series) && config.scheme != Scheme::liggghts;
     Solver<D> solver = prepare_solver<D>(self, config, ledger ? Ledger::on : Ledger::off);

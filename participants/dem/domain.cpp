@@ -43,11 +43,11 @@ struct MotionRow
 };
 
 template <int D>
-void spread_walls(Peers& peers, std::vector<WallContacts<D>>& walls)
+void spread_walls(ranks::Peers& peers, std::vector<WallContacts<D>>& walls)
 {
     std::vector<CommonWall<D>> rows;
     for (auto const& wall : walls) rows.push_back({wall.active, wall.shift, wall.built_shift, wall.velocity});
-    rows = from_first(peers, rows);
+    rows = ranks::from_first(peers, rows);
     for (std::size_t w = 0; w < walls.size(); ++w) {
         walls[w].active = rows[w].active;
         walls[w].shift = rows[w].shift;
@@ -156,7 +156,7 @@ void Domain<D>::agree(State<D>& state)
         mine.smallest_radius = std::min(mine.smallest_radius, place.radius);
         mine.largest_radius = std::max(mine.largest_radius, place.radius);
     }
-    Common<D> const first = from_first(peers_, std::vector{mine})[0];
+    Common<D> const first = ranks::from_first(peers_, std::vector{mine})[0];
     state.time = first.time;
     state.steps = first.steps;
     state.rebuilds = first.rebuilds;
@@ -164,7 +164,7 @@ void Domain<D>::agree(State<D>& state)
     smallest_radius_ = first.smallest_radius;
     largest_radius_ = first.largest_radius;
     spread_walls(peers_, state.walls);
-    state.cell = from_first(peers_, std::vector{state.cell})[0];
+    state.cell = ranks::from_first(peers_, std::vector{state.cell})[0];
 }
 
 template <int D>
@@ -198,7 +198,7 @@ double Domain<D>::imbalance(State<D> const& state)
     std::vector<std::int64_t> count(static_cast<std::size_t>(peers_.count()), 0);
     for (std::size_t i = 0; i < state.grains.size(); ++i)
         if (census_.owner[i] == peers_.rank()) ++count[static_cast<std::size_t>(slabs_.owner(state.built[i]))];
-    count = sums(peers_, count);
+    count = ranks::sums(peers_, count);
     double const mean = static_cast<double>(census_.all) / static_cast<double>(count.size());
     return static_cast<double>(*std::max_element(count.begin(), count.end())) / std::max(mean, 1.0);
 }
@@ -257,10 +257,10 @@ void Domain<D>::ship(Setup<D> const& setup, State<D>& state)
     each_foot_row<D>(state, census_, [&](FootRow<D> const& row, std::uint32_t i) {
         out[static_cast<std::size_t>(slabs_.owner(state.built[i]))].feet.push_back(row);
     });
-    std::vector<Bytes> bytes;
+    std::vector<ranks::Bytes> bytes;
     for (auto const& shipment : out) bytes.push_back(shipment.to_bytes());
     Shipment<D> in;
-    for (Bytes const& came : peers_.all_to_all(std::move(bytes))) in.add(came);
+    for (ranks::Bytes const& came : peers_.all_to_all(std::move(bytes))) in.add(came);
     assemble(in, setup.features, state, census_);
     state.grains.ghost.resize(state.grains.size());
     for (std::size_t i = 0; i < state.grains.size(); ++i) state.grains.ghost[i] = census_.owner[i] != self;
@@ -287,7 +287,7 @@ void Domain<D>::lay_borders(Setup<D> const& setup, State<D> const& state)
     seen_.clear();
     for (std::size_t p = 0; p < peers; ++p) {
         if (shown[p].empty() && seen[p].empty()) continue;
-        Parcel parcel{.peer = static_cast<int>(p), .out = {}, .in = {}};
+        ranks::Parcel parcel{.peer = static_cast<int>(p), .out = {}, .in = {}};
         parcel.out.resize(shown[p].size() * numbers_of_ghost<D>);
         parcel.in.resize(seen[p].size() * numbers_of_ghost<D>);
         parcels_.push_back(std::move(parcel));
@@ -315,7 +315,7 @@ void Domain<D>::refresh(Grains<D>& g)
 template <int D>
 void Domain<D>::deal(std::vector<Load<D>> const& loads, Grains<D>& g)
 {
-    std::vector<Load<D>> const dealt = from_first(peers_, loads);
+    std::vector<Load<D>> const dealt = ranks::from_first(peers_, loads);
     for (std::size_t i = 0; i < g.size(); ++i) g.external[i] = dealt[census_.number[i]];
 }
 
@@ -325,10 +325,10 @@ void Domain<D>::gather_motion(Grains<D> const& g, Grains<D>& all)
     std::vector<MotionRow<D>> own;
     for (std::size_t i = 0; i < g.size(); ++i)
         if (!g.is_ghost(i)) own.push_back({census_.number[i], g.place[i].centre, g.motion[i]});
-    std::vector<Bytes> out(static_cast<std::size_t>(peers_.count()));
-    out[0] = to_bytes(own);
-    for (Bytes const& came : peers_.all_to_all(std::move(out)))
-        for (MotionRow<D> const& row : rows_of<MotionRow<D>>(came)) {
+    std::vector<ranks::Bytes> out(static_cast<std::size_t>(peers_.count()));
+    out[0] = ranks::to_bytes(own);
+    for (ranks::Bytes const& came : peers_.all_to_all(std::move(out)))
+        for (MotionRow<D> const& row : ranks::rows_of<MotionRow<D>>(came)) {
             all.place[row.number].centre = row.centre;
             all.motion[row.number] = row.motion;
         }
@@ -345,10 +345,10 @@ State<D> Domain<D>::gather(Setup<D> const& setup, State<D> const& state)
         if (census_.owner[i] == peers_.rank()) own.contacts.push_back(row);
     });
     each_foot_row<D>(state, census_, [&](FootRow<D> const& row, std::uint32_t) { own.feet.push_back(row); });
-    std::vector<Bytes> out(static_cast<std::size_t>(peers_.count()));
+    std::vector<ranks::Bytes> out(static_cast<std::size_t>(peers_.count()));
     out[0] = own.to_bytes();
     Shipment<D> in;
-    for (Bytes const& came : peers_.all_to_all(std::move(out))) in.add(came);
+    for (ranks::Bytes const& came : peers_.all_to_all(std::move(out))) in.add(came);
     State<D> whole;
     whole.time = state.time;
     whole.steps = state.steps;
@@ -363,7 +363,7 @@ State<D> Domain<D>::gather(Setup<D> const& setup, State<D> const& state)
     whole.power = state.power;
     std::vector<double> parts;
     each_sum(whole, [&](double number) { parts.push_back(number); });
-    parts = sums(peers_, parts);
+    parts = ranks::sums(peers_, parts);
     each_sum(whole, [&, at = std::size_t{0}](double& number) mutable { number = root ? parts[at++] : 0.0; });
     return whole;
 }

@@ -20,7 +20,7 @@ template <int D>
 class Domain
 {
  public:
-    explicit Domain(Peers& peers) : peers_(peers) {}
+    explicit Domain(ranks::Peers& peers) : peers_(peers) {}
 
     //! Shares out the state of process 0; those of the others are replaced.
     void distribute(Setup<D> const& setup, State<D>& state);
@@ -56,11 +56,11 @@ class Domain
     template <class Visit>
     void each_viewer(Setup<D> const& setup, State<D> const& state, std::size_t i, Visit&& visit);
 
-    Peers& peers_;
+    ranks::Peers& peers_;
     Slabs<D> slabs_;
     Census census_;
-    std::vector<int> viewers_;     //!< of the grain that is looked at
-    std::vector<Parcel> parcels_;  //!< to and from those that see, or show, grains across a border
+    std::vector<int> viewers_;            //!< of the grain that is looked at
+    std::vector<ranks::Parcel> parcels_;  //!< to and from those that see, or show, grains across a border
     std::vector<std::vector<std::uint32_t>> shown_, seen_;  //!< by parcel: own grains and ghosts, ascending
     double smallest_radius_ = 0.0, largest_radius_ = 0.0;
     double chosen_imbalance_ = 1.0;

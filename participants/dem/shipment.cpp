@@ -112,17 +112,17 @@ void remember(Row const& row, Features const& features, History<D>& history)
 }  // namespace
 
 template <int D>
-Bytes Shipment<D>::to_bytes() const
+ranks::Bytes Shipment<D>::to_bytes() const
 {
-    Bytes bytes(4 * sizeof(std::uint64_t) + grains.size() * sizeof(GrainRow<D>) +
-                contacts.size() * sizeof(ContactRow<D>) + feet.size() * sizeof(FootRow<D>) +
-                crossings.size() * sizeof(Crossing<D>));
+    ranks::Bytes bytes(4 * sizeof(std::uint64_t) + grains.size() * sizeof(GrainRow<D>) +
+                       contacts.size() * sizeof(ContactRow<D>) + feet.size() * sizeof(FootRow<D>) +
+                       crossings.size() * sizeof(Crossing<D>));
     put_rows(put_rows(put_rows(put_rows(bytes.data(), grains), contacts), feet), crossings);
     return bytes;
 }
 
 template <int D>
-void Shipment<D>::add(Bytes const& bytes)
+void Shipment<D>::add(ranks::Bytes const& bytes)
 {
     if (bytes.empty()) return;
     take_rows(take_rows(take_rows(take_rows(bytes.data(), grains), contacts), feet), crossings);

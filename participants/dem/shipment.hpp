@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "participants/dem/peers.hpp"
 #include "participants/dem/state.hpp"
+#include "participants/ranks/peers.hpp"
 
 //! Grains and contacts as rows that travel between processes.
 namespace dem {
@@ -57,9 +57,9 @@ struct Shipment
     std::vector<FootRow<D>> feet;
     std::vector<Crossing<D>> crossings;  //!< `grain`: its number
 
-    Bytes to_bytes() const;
+    ranks::Bytes to_bytes() const;
     //! Adds what to_bytes() made of another one.
-    void add(Bytes const& bytes);
+    void add(ranks::Bytes const& bytes);
 };
 
 //! Who the grains of one process's state are: those it owns, and ghosts.

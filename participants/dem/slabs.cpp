@@ -17,7 +17,7 @@ struct Box
 
 //! Of all centres; without any: low > high.
 template <int D>
-Box<D> box_of(Peers& peers, std::span<Vec<D> const> centres)
+Box<D> box_of(ranks::Peers& peers, std::span<Vec<D> const> centres)
 {
     double const most = std::numeric_limits<double>::infinity();
     Box<D> box;
@@ -29,7 +29,7 @@ Box<D> box_of(Peers& peers, std::span<Vec<D> const> centres)
     };
     for (int k = 0; k < D; ++k) component<D>(box.low, k) = most, component<D>(box.high, k) = -most;
     for (Vec<D> const& centre : centres) widen(centre, centre);
-    for (Box<D> const& other : everyone(peers, box)) widen(other.low, other.high);
+    for (Box<D> const& other : ranks::everyone(peers, box)) widen(other.low, other.high);
     return box;
 }
 
@@ -54,11 +54,11 @@ struct Search
 }  // namespace
 
 template <int D>
-Slabs<D> even_slabs(Peers& peers, std::span<Vec<D> const> centres)
+Slabs<D> even_slabs(ranks::Peers& peers, std::span<Vec<D> const> centres)
 {
     auto const slabs = static_cast<std::int64_t>(peers.count());
     Box<D> const box = box_of(peers, centres);
-    std::int64_t const all = sums(peers, {static_cast<std::int64_t>(centres.size())})[0];
+    std::int64_t const all = ranks::sums(peers, {static_cast<std::int64_t>(centres.size())})[0];
     Slabs<D> chosen;
     chosen.bounds.assign(static_cast<std::size_t>(slabs - 1), 0.0);
     if (all == 0) return chosen;
@@ -75,7 +75,7 @@ Slabs<D> even_slabs(Peers& peers, std::span<Vec<D> const> centres)
         std::vector<std::int64_t> below;
         for (Search const& s : searches)
             below.push_back(std::lower_bound(at.begin(), at.end(), s.middle()) - at.begin());
-        below = sums(peers, below);
+        below = ranks::sums(peers, below);
         std::int64_t worst = 0;
         for (std::size_t k = 0; k < searches.size(); ++k) {
             searches[k].learn(below[k]);
@@ -88,7 +88,7 @@ Slabs<D> even_slabs(Peers& peers, std::span<Vec<D> const> centres)
     return chosen;
 }
 
-template Slabs<2> even_slabs<2>(Peers&, std::span<Vec<2> const>);
-template Slabs<3> even_slabs<3>(Peers&, std::span<Vec<3> const>);
+template Slabs<2> even_slabs<2>(ranks::Peers&, std::span<Vec<2> const>);
+template Slabs<3> even_slabs<3>(ranks::Peers&, std::span<Vec<3> const>);
 
 }  // namespace dem

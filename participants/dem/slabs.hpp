@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "participants/dem/peers.hpp"
 #include "participants/dem/vec.hpp"
+#include "participants/ranks/peers.hpp"
 
 namespace dem {
 
@@ -35,6 +35,6 @@ struct Slabs
 //! Slabs across the longest axis of the box of all centres, with as many of them in each (to half a percent, if they do
 //! not lie in layers). `centres`: those of this process; all processes call it and get the same.
 template <int D>
-Slabs<D> even_slabs(Peers& peers, std::span<Vec<D> const> centres);
+Slabs<D> even_slabs(ranks::Peers& peers, std::span<Vec<D> const> centres);
 
 }  // namespace dem

@@ -136,7 +136,7 @@ void Solver<D>::let_sleep()
 }
 
 template <int D>
-void Solver<D>::share_out(Peers& peers)
+void Solver<D>::share_out(ranks::Peers& peers)
 {
     require_shareable(setup_);
     domain_ = std::make_shared<Domain<D>>(peers);

@@ -9,9 +9,12 @@
 #include "participants/dem/energy.hpp"
 #include "participants/dem/sleep.hpp"
 
+namespace ranks {
+class Peers;
+}
+
 namespace dem {
 
-class Peers;
 template <int D>
 class Domain;
 
@@ -59,7 +62,7 @@ class Solver
     //! same setup, and those grains are shared out that process 0 has. The others' solvers are made without grains. All
     //! that steps then talks to the other processes. Not with periodic sides, sleep or a mesh: throws sluice::Error.
     //! `peers` outlives it.
-    void share_out(Peers& peers);
+    void share_out(ranks::Peers& peers);
     //! What partners do to all grains of the run from now on, in their order. Where grains are shared out all processes
     //! call it, and process 0 says it.
     void set_loads(std::vector<Load<D>> const& loads);

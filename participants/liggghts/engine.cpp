@@ -1,6 +1,6 @@
 #include "participants/liggghts/engine.hpp"
 
-#include "participants/dem/mpi_processes.hpp"  // brings MPI, as LIGGGHTS' headers need it
+#include "participants/ranks/mpi_processes.hpp"  // brings MPI, as LIGGGHTS' headers need it
 //
 #include <fix_external.h>
 #include <force.h>
@@ -37,7 +37,7 @@ double since(Clock::time_point start)
 
 struct Engine::Library
 {
-    dem::MpiProcesses processes;
+    ranks::MpiProcesses processes;
     LAMMPS_NS::LAMMPS* lammps = nullptr;
     std::filesystem::path log;
     Push push;

@@ -105,7 +105,7 @@ TEST_CASE("domain: ghosts have the load of their originals")
 {
     auto const start = pushed_discs(false);
     auto const push = Push<2>{0.5, 50};
-    unit::on_processes(3, [&](dem::Peers& peers) {
+    unit::on_processes(3, [&](ranks::Peers& peers) {
         dem::Solver<2> solver = peers.rank() == 0 ? start : dem::Solver<2>(start.setup(), {});
         solver.share_out(peers);
         std::int64_t ghosts = 0, rebuilds = solver.state().rebuilds, wrong = 0;
@@ -120,7 +120,7 @@ TEST_CASE("domain: ghosts have the load of their originals")
                 ghosts += g.is_ghost(i);
             }
         }
-        auto const all = dem::sums(peers, {ghosts, wrong, solver.state().rebuilds - rebuilds});
+        auto const all = ranks::sums(peers, {ghosts, wrong, solver.state().rebuilds - rebuilds});
         if (peers.rank() > 0) return;
         CHECK(all[0] > 3000);
         CHECK(all[1] == 0);
@@ -131,7 +131,7 @@ TEST_CASE("domain: ghosts have the load of their originals")
 TEST_CASE("domain: where all grains are and how they move comes to the first process without the rest")
 {
     auto const start = unit::collapse();
-    unit::on_processes(3, [&](dem::Peers& peers) {
+    unit::on_processes(3, [&](ranks::Peers& peers) {
         dem::Solver<2> solver = peers.rank() == 0 ? start : dem::Solver<2>(start.setup(), {});
         solver.share_out(peers);
         auto all = solver.whole().grains;

@@ -102,7 +102,7 @@ TEST_CASE("domain: a checkpoint of two processes in a sheared cell goes on with 
     auto const start = sliding<2>(0, 1, true);
     auto const through = alone(start, 6000, periodic_step);
     dem::State<2> part, three;
-    unit::on_processes(2, [&](dem::Peers& peers) {
+    unit::on_processes(2, [&](ranks::Peers& peers) {
         dem::Solver<2> solver = peers.rank() == 0 ? start : dem::Solver<2>(start.setup(), {});
         solver.share_out(peers);
         for (int n = 0; n < 3123; ++n) solver.step(periodic_step);
@@ -120,7 +120,7 @@ TEST_CASE("domain: a checkpoint of two processes in a sheared cell goes on with 
     dem::Solver<2> one(start.setup(), {});
     one.restore(state(true));
     CHECK(without_sums(alone(one, 6000 - 3123, periodic_step)) == without_sums(through));
-    unit::on_processes(3, [&](dem::Peers& peers) {
+    unit::on_processes(3, [&](ranks::Peers& peers) {
         dem::Solver<2> solver(start.setup(), {});
         solver.share_out(peers);
         solver.restore(state(peers.rank() == 0));

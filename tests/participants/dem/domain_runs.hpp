@@ -9,7 +9,7 @@
 
 #include "participants/dem/domain.hpp"
 #include "participants/dem/solver.hpp"
-#include "tests/participants/dem/thread_peers.hpp"
+#include "tests/support/thread_peers.hpp"
 
 //! The same run by one process and by several.
 namespace unit {
@@ -53,7 +53,7 @@ Ending<D> shared(dem::Solver<D> const& from, int processes, int steps, double dt
 {
     Ending<D> ending;
     ending.owned.resize(static_cast<std::size_t>(processes));
-    unit::on_processes(processes, [&](dem::Peers& peers) {
+    unit::on_processes(processes, [&](ranks::Peers& peers) {
         dem::Solver<D> solver = peers.rank() == 0 ? from : dem::Solver<D>(from.setup(), {});
         solver.share_out(peers);
         auto const before = own_ids(solver);
@@ -62,7 +62,7 @@ Ending<D> shared(dem::Solver<D> const& from, int processes, int steps, double dt
         auto const after = own_ids(solver);
         std::int64_t came = 0;
         for (auto const id : after) came += !before.contains(id);
-        came = dem::sums(peers, {came})[0];
+        came = ranks::sums(peers, {came})[0];
         ending.owned[static_cast<std::size_t>(peers.rank())] = after.size();
         if (peers.rank() != 0) return;
         ending.migrated = static_cast<std::size_t>(came);

@@ -145,7 +145,7 @@ TEST_CASE("domain: a checkpoint of two processes goes on with one and with three
     auto const start = collapse(true);
     auto const through = alone(start, 8000, unit::step);
     sluice::State of_first, of_other;
-    unit::on_processes(2, [&](dem::Peers& peers) {
+    unit::on_processes(2, [&](ranks::Peers& peers) {
         dem::Solver<2> solver = peers.rank() == 0 ? start : dem::Solver<2>(start.setup(), {});
         solver.share_out(peers);
         for (int n = 0; n < 4123; ++n) solver.step(unit::step);
@@ -157,7 +157,7 @@ TEST_CASE("domain: a checkpoint of two processes goes on with one and with three
     one.restore(state);
     CHECK(without_sums(alone(one, 8000 - 4123, unit::step)) == without_sums(through));
     dem::State<2> three;
-    unit::on_processes(3, [&](dem::Peers& peers) {
+    unit::on_processes(3, [&](ranks::Peers& peers) {
         bool const root = peers.rank() == 0;
         dem::Solver<2> solver(start.setup(), {});
         solver.share_out(peers);
@@ -201,7 +201,7 @@ TEST_CASE("domain: a disc flies through the slabs of four processes and pushes w
     dem::Solver<2> const start(s, g);
     std::vector<std::set<int>> owners(4);  // by process: whether it ever had the flyer
     dem::State<2> whole;
-    unit::on_processes(4, [&](dem::Peers& peers) {
+    unit::on_processes(4, [&](ranks::Peers& peers) {
         dem::Solver<2> solver = peers.rank() == 0 ? start : dem::Solver<2>(s, {});
         solver.share_out(peers);
         for (int n = 0; n < 15000; ++n) {
@@ -235,7 +235,7 @@ TEST_CASE("slabs: as many centres in each, across the longest axis, also where s
     for (int const processes : {1, 2, 3, 7}) {
         CAPTURE(processes);
         dem::Slabs<3> slabs, layered;
-        unit::on_processes(processes, [&](dem::Peers& peers) {
+        unit::on_processes(processes, [&](ranks::Peers& peers) {
             std::vector<dem::Vec3> own;  // process p has every p-th of 10 000
             dem::Random random(1);
             for (int k = 0; k < 10000; ++k) {

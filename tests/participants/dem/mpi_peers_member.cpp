@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "participants/dem/mpi_peers.hpp"
+#include "participants/ranks/mpi_peers.hpp"
 #include "tests/participants/dem/domain_scenes.hpp"
 
 //! One process of grains that are shared out over MPI: `mpirun -np N mpi_peers_member`. A collapse gives the bits of
@@ -15,23 +15,23 @@ void require(bool ok, char const* what)
 }
 
 //! Each process to each: as many bytes as their ranks make, some none.
-void exchange_bytes(dem::Peers& peers)
+void exchange_bytes(ranks::Peers& peers)
 {
     auto const size = [&](int from, int to) { return static_cast<std::size_t>((from + to) % 3 * 1000); };
-    std::vector<dem::Bytes> out;
+    std::vector<ranks::Bytes> out;
     for (int p = 0; p < peers.count(); ++p)
         out.emplace_back(size(peers.rank(), p), static_cast<std::byte>(10 * peers.rank() + p));
     auto const in = peers.all_to_all(out);
     for (int p = 0; p < peers.count(); ++p)
         require(in.at(static_cast<std::size_t>(p)) ==
-                    dem::Bytes(size(p, peers.rank()), static_cast<std::byte>(10 * p + peers.rank())),
+                    ranks::Bytes(size(p, peers.rank()), static_cast<std::byte>(10 * p + peers.rank())),
                 "all_to_all brings other bytes");
     std::vector<double> numbers;
     for (int p = 0; p < peers.count(); ++p) numbers.push_back(0.1 * p);
     require(peers.numbers(0.1 * peers.rank()) == numbers, "other numbers came");
 }
 
-void run_collapse(dem::Peers& peers)
+void run_collapse(ranks::Peers& peers)
 {
     auto const start = unit::collapse();
     int const steps = 3000;
@@ -58,7 +58,7 @@ int main()
 {
     int const rank = number("OMPI_COMM_WORLD_RANK"), size = number("OMPI_COMM_WORLD_SIZE");
     try {
-        auto const peers = dem::mpi_peers(rank, size);
+        auto const peers = ranks::mpi_peers(rank, size);
         exchange_bytes(*peers);
         run_collapse(*peers);
         std::printf("process %d of %d: as one\n", rank, size);

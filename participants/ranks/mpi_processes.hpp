@@ -3,7 +3,7 @@
 #define OMPI_SKIP_MPICXX  // the deprecated C++ interface does not compile without warnings
 #include <mpi.h>
 
-namespace dem {
+namespace ranks {
 
 //! MPI, begun if it is not, and a communicator of the processes of this participant alone.
 class MpiProcesses
@@ -24,4 +24,4 @@ class MpiProcesses
     MPI_Comm comm_ = MPI_COMM_NULL;
 };
 
-}  // namespace dem
+}  // namespace ranks

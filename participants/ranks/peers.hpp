@@ -8,9 +8,9 @@
 #include <type_traits>
 #include <vector>
 
-//! How the processes that share the grains of one run talk to one another. Every process makes the same calls in the
-//! same order; each returns once what it brings has come.
-namespace dem {
+//! How the processes of one participant talk to one another. Every process makes the same calls in the same order; each
+//! returns once what it brings has come.
+namespace ranks {
 
 using Bytes = std::vector<std::byte>;
 
@@ -31,8 +31,15 @@ class Peers
 
     //! Gives each process its bytes; returns what came, by sender. Whoever waits long hardly computes meanwhile.
     virtual std::vector<Bytes> all_to_all(std::vector<Bytes> out) = 0;
-    //! The same with known neighbours and sizes, once a step: fills each parcel's `in`.
-    virtual void swap(std::span<Parcel> parcels) = 0;
+    //! The same with known neighbours and sizes, once a step: sends each parcel's `out`; finish() fills its `in`. Until
+    //! then neither is touched, and other calls may be made.
+    virtual void start(std::span<Parcel> parcels) = 0;
+    virtual void finish() = 0;
+    void swap(std::span<Parcel> parcels)
+    {
+        start(parcels);
+        finish();
+    }
     //! One number of each, by rank; once a step.
     virtual std::vector<double> numbers(double mine) = 0;
 };
@@ -54,13 +61,22 @@ std::vector<Row> rows_of(Bytes const& bytes)
     return rows;
 }
 
+//! The rows that all have, by rank.
+template <class Row>
+std::vector<std::vector<Row>> of_everyone(Peers& peers, std::vector<Row> const& mine)
+{
+    std::vector<Bytes> const out(static_cast<std::size_t>(peers.count()), to_bytes(mine));
+    std::vector<std::vector<Row>> rows;
+    for (Bytes const& bytes : peers.all_to_all(out)) rows.push_back(rows_of<Row>(bytes));
+    return rows;
+}
+
 //! What each process has to say, by rank.
 template <class Row>
 std::vector<Row> everyone(Peers& peers, Row const& mine)
 {
-    std::vector<Bytes> const out(static_cast<std::size_t>(peers.count()), to_bytes(std::vector{mine}));
     std::vector<Row> rows;
-    for (Bytes const& bytes : peers.all_to_all(out)) rows.push_back(rows_of<Row>(bytes)[0]);
+    for (auto const& one : of_everyone(peers, std::vector{mine})) rows.push_back(one.at(0));
     return rows;
 }
 
@@ -88,4 +104,4 @@ std::vector<Number> sums(Peers& peers, std::vector<Number> const& mine)
     return sum;
 }
 
-}  // namespace dem
+}  // namespace ranks

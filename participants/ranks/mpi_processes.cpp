@@ -1,11 +1,11 @@
-#include "participants/dem/mpi_processes.hpp"
+#include "participants/ranks/mpi_processes.hpp"
 
 #include <exception>
 #include <string>
 
 #include "coupler/base/error.hpp"
 
-namespace dem {
+namespace ranks {
 namespace {
 
 constexpr int tag = 1;
@@ -22,7 +22,7 @@ MpiProcesses::MpiProcesses(int rank, int count) : unwinding_(std::uncaught_excep
     MPI_Comm_size(MPI_COMM_WORLD, &world_size);
     int const first = world_rank - rank;  // mpirun numbers the processes of a program one after the other
     sluice::require(first >= 0 && first + count <= world_size, [&] {
-        return sluice::Error("dem: process " + std::to_string(rank) + " of " + std::to_string(count) +
+        return sluice::Error("process " + std::to_string(rank) + " of " + std::to_string(count) +
                              " was not started with the others (needed: mpirun -np " + std::to_string(count) +
                              ", as `sluice run` does).");
     });
@@ -42,4 +42,4 @@ MpiProcesses::~MpiProcesses()
     if (ours_) MPI_Finalize();
 }
 
-}  // namespace dem
+}  // namespace ranks

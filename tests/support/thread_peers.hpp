@@ -8,31 +8,37 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "participants/dem/peers.hpp"
+#include "participants/ranks/peers.hpp"
 
-//! Processes that share grains, as threads of one process: no MPI is needed.
+//! Processes of one participant as threads of one process: no MPI is needed.
 namespace unit {
 
 //! What is on its way between all of them.
 class Post
 {
  public:
-    void put(int from, int to, dem::Bytes bytes)
+    enum Kind
+    {
+        others,
+        parcels
+    };
+    void put(int from, int to, ranks::Bytes bytes, Kind kind = others)
     {
         std::lock_guard const lock(mutex_);
-        way_[{from, to}].push_back(std::move(bytes));
+        way_[{kind, from, to}].push_back(std::move(bytes));
         news_.notify_all();
     }
-    dem::Bytes take(int from, int to)
+    ranks::Bytes take(int from, int to, Kind kind = others)
     {
         std::unique_lock lock(mutex_);
-        auto& waiting = way_[{from, to}];
+        auto& waiting = way_[{kind, from, to}];
         news_.wait(lock, [&] { return closed_ || !waiting.empty(); });
         if (waiting.empty()) throw std::runtime_error("another process failed");
-        dem::Bytes bytes = std::move(waiting.front());
+        ranks::Bytes bytes = std::move(waiting.front());
         waiting.pop_front();
         return bytes;
     }
@@ -46,45 +52,51 @@ class Post
  private:
     std::mutex mutex_;
     std::condition_variable news_;
-    std::map<std::pair<int, int>, std::deque<dem::Bytes>> way_;
+    std::map<std::tuple<Kind, int, int>, std::deque<ranks::Bytes>> way_;
     bool closed_ = false;
 };
 
-class ThreadPeers final : public dem::Peers
+class ThreadPeers final : public ranks::Peers
 {
  public:
     ThreadPeers(Post& post, int rank, int count) : post_(post), rank_(rank), count_(count) {}
 
     int rank() const override { return rank_; }
     int count() const override { return count_; }
-    std::vector<dem::Bytes> all_to_all(std::vector<dem::Bytes> out) override
+    std::vector<ranks::Bytes> all_to_all(std::vector<ranks::Bytes> out) override
     {
         for (int p = 0; p < count_; ++p) post_.put(rank_, p, std::move(out.at(static_cast<std::size_t>(p))));
-        std::vector<dem::Bytes> in;
+        std::vector<ranks::Bytes> in;
         for (int p = 0; p < count_; ++p) in.push_back(post_.take(p, rank_));
         return in;
     }
-    void swap(std::span<dem::Parcel> parcels) override
+    void start(std::span<ranks::Parcel> parcels) override
     {
+        started_ = parcels;
         for (auto const& parcel : parcels) {
             auto const bytes = std::as_bytes(std::span(parcel.out));
-            post_.put(rank_, parcel.peer, {bytes.begin(), bytes.end()});
+            post_.put(rank_, parcel.peer, {bytes.begin(), bytes.end()}, Post::parcels);
         }
-        for (auto& parcel : parcels) {
-            auto const bytes = post_.take(parcel.peer, rank_);
+    }
+    void finish() override
+    {
+        for (auto& parcel : started_) {
+            auto const bytes = post_.take(parcel.peer, rank_, Post::parcels);
             if (bytes.size() != parcel.in.size() * sizeof(double)) throw std::runtime_error("sides disagree");
             if (!bytes.empty()) std::memcpy(parcel.in.data(), bytes.data(), bytes.size());
         }
+        started_ = {};
     }
-    std::vector<double> numbers(double mine) override { return dem::everyone(*this, mine); }
+    std::vector<double> numbers(double mine) override { return ranks::everyone(*this, mine); }
 
  private:
     Post& post_;
     int rank_, count_;
+    std::span<ranks::Parcel> started_{};
 };
 
 //! Runs `body` on so many processes. Throws what the first that failed threw.
-inline void on_processes(int count, std::function<void(dem::Peers&)> const& body)
+inline void on_processes(int count, std::function<void(ranks::Peers&)> const& body)
 {
     Post post;
     std::mutex mutex;

@@ -1,4 +1,4 @@
-#include "participants/dem/mpi_peers.hpp"
+#include "participants/ranks/mpi_peers.hpp"
 
 #include <sched.h>
 
@@ -10,14 +10,14 @@
 #include <utility>
 
 #include "coupler/base/error.hpp"
-#include "participants/dem/mpi_processes.hpp"
+#include "participants/ranks/mpi_processes.hpp"
 
-namespace dem {
+namespace ranks {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int tag = 1;
+constexpr int tag = 1, tag_of_parcels = 2;
 constexpr std::chrono::milliseconds short_wait{1}, longest_nap{10};
 
 //! Until all are done. Process 0 may prepare a packing for minutes: a long wait naps, a twentieth of the time waited.
@@ -49,7 +49,7 @@ class MpiPeers final : public Peers
         std::vector<int> sent(peers), coming(peers);
         for (std::size_t p = 0; p < peers; ++p) {
             sluice::require(out[p].size() <= INT_MAX, [] {
-                return sluice::Error("dem: more than 2 GB for one process at a time (MPI's limit). Use more ranks.",
+                return sluice::Error("more than 2 GB for one process at a time (MPI's limit). Use more ranks.",
                                      sluice::Exit::io);
             });
             sent[p] = static_cast<int>(out[p].size());
@@ -72,15 +72,19 @@ class MpiPeers final : public Peers
         return in;
     }
 
-    void swap(std::span<Parcel> parcels) override
+    void start(std::span<Parcel> parcels) override
     {
         requests_.clear();
         for (Parcel& p : parcels) {
             auto const in = static_cast<int>(p.in.size()), out = static_cast<int>(p.out.size());
-            MPI_Irecv(p.in.data(), in, MPI_DOUBLE, p.peer, tag, comm_, &requests_.emplace_back());
-            MPI_Isend(p.out.data(), out, MPI_DOUBLE, p.peer, tag, comm_, &requests_.emplace_back());
+            MPI_Irecv(p.in.data(), in, MPI_DOUBLE, p.peer, tag_of_parcels, comm_, &requests_.emplace_back());
+            MPI_Isend(p.out.data(), out, MPI_DOUBLE, p.peer, tag_of_parcels, comm_, &requests_.emplace_back());
         }
+    }
+    void finish() override
+    {
         MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+        requests_.clear();
     }
 
     std::vector<double> numbers(double mine) override
@@ -104,4 +108,4 @@ std::unique_ptr<Peers> mpi_peers(int rank, int count)
     return std::make_unique<MpiPeers>(rank, count);
 }
 
-}  // namespace dem
+}  // namespace ranks
