@@ -66,12 +66,14 @@ Json merged(ParticipantSpec const& spec, std::vector<Json> const& ranks)
     entry["name"] = spec.name;
     entry["bytes_sent"] = 0;
     entry["warnings"] = Json::array();
+    auto listed = Json::array();
     if (said(ranks[0])) entry["facts"] = ranks[0].value("facts", Json::object());
     for (auto const& rank : ranks) {
         if (!said(rank)) {
             entry["exit"] = nullptr;
             continue;
         }
+        listed.push_back(rank);
         entry["bytes_sent"] = integer(entry, "bytes_sent") + integer(rank, "bytes_sent");
         if (!entry["exit"].is_null()) entry["exit"] = std::max(integer(entry, "exit"), integer(rank, "exit"));
         auto const warnings = rank.value("warnings", Json::array());
@@ -79,7 +81,7 @@ Json merged(ParticipantSpec const& spec, std::vector<Json> const& ranks)
             if (warning.is_string())
                 entry["warnings"].push_back(rank.value("name", "") + ": " + warning.get<std::string>());
     }
-    entry["ranks"] = ranks;
+    entry["ranks"] = listed;
     return entry;
 }
 

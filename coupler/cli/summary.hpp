@@ -12,7 +12,7 @@ namespace sluice {
 //! did not write is left out, `exit` is then null.
 //!
 //! Several processes (ranks) of a participant: the times are those of the rank that computed longest, bytes_sent is the
-//! sum, exit the largest, facts are those of rank 0; `ranks` lists what each said.
+//! sum, exit the largest, facts are those of rank 0; `ranks` lists what each said that said anything.
 //! A run that was resumed: seconds and bytes are summed over its parts (a part that was killed has left none), windows
 //! count from the beginning. `parts`: wall time of each part that ended by itself, this one included [s].
 nlohmann::ordered_json summarise(Scene const& scene, std::filesystem::path const& directory, RunEnding const& ending,

@@ -17,6 +17,7 @@
 #include "participants/dem/start.hpp"
 #include "participants/dem/steady_shear.hpp"
 #include "participants/ranks/mpi_peers.hpp"
+#include "participants/ranks/restart.hpp"
 
 namespace dem {
 namespace {
@@ -261,20 +262,12 @@ void run(sluice::Participant& self, Config const& config)
     recorder->close();
 }
 
-//! What several processes cannot do. When a partner dies some of them may still wait for one another in MPI, where
-//! nobody can call them back.
+//! What several processes cannot do.
 void check_ranks(sluice::Participant const& self, Config const& config)
 {
     if (self.ranks() == 1) return;
     config.dimension == 2 ? require_shareable(make_setup<2>(config)) : require_shareable(make_setup<3>(config));
-    bool coupled = false;
-    for (auto const data : {"kinematics", "phase"}) coupled = coupled || !self.receivers(data).empty();
-    for (auto const data : {"load", "body_force"}) coupled = coupled || !self.senders(data).empty();
-    sluice::require(!coupled || !self.scene().restart_on_death, [&] {
-        return sluice::Error("dem: on-death: restart with grains of " + std::to_string(self.ranks()) +
-                             " processes that are coupled: they cannot go back together when a partner dies (needed: "
-                             "ranks: 1, or on-death: stop). Try on-death: stop, and `sluice resume` after a death.");
-    });
+    ranks::refuse_restart(self.scene(), self.name());
 }
 
 void take_part(sluice::Participant& self)

@@ -217,6 +217,7 @@ void Solver<D>::restore(sluice::State const& kept)
     for (auto& pair : walls_.side)
         for (Boundary& side : pair)
             for (double& cell : side.incoming) cell = *next++;
+    if (halo_) halo_->receive(populations_);  // lest they come later
     steps_ = kept.integer("steps");
     find_field();
     id_ = std::move(id);

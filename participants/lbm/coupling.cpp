@@ -6,102 +6,13 @@
 #include <optional>
 
 #include "coupler/coupler.hpp"
-#include "coupler/record/archive.hpp"
-#include "coupler/record/image_series.hpp"
-#include "coupler/record/table.hpp"
+#include "participants/lbm/recorder.hpp"
 #include "participants/lbm/solver.hpp"
+#include "participants/ranks/mpi_peers.hpp"
+#include "participants/ranks/restart.hpp"
 
 namespace lbm {
 namespace {
-
-std::vector<float> narrowed(std::vector<double> const& values)
-{
-    return {values.begin(), values.end()};
-}
-
-//! What a run leaves behind: ParaView series, HDF5 archive, time series. A resumed run goes on with what is there up to
-//! `resumed_at` [s].
-template <int D>
-class Recorder
-{
- public:
-    Recorder(sluice::Participant& self, Config const& config, std::optional<double> resumed_at = std::nullopt)
-        : coarsen_(self.scene().coarsen),
-          lattice_(lattice_of(config, coarsen_)),
-          series_(self.directory(), self.name(), lattice_, resumed_at),
-          archive_(self.directory() / (self.name() + ".h5"),
-                   std::vector<sluice::ArchiveFact>{
-                       {"scene_hash", std::to_string(self.scene().hash)},
-                       {"origin", std::vector<double>(lattice_.origin.begin(), lattice_.origin.begin() + D)},
-                       {"spacing", std::vector<double>(lattice_.spacing.begin(), lattice_.spacing.begin() + D)}},
-                   resumed_at),
-          table_(self.directory() / (self.name() + ".csv"), columns(config), resumed_at)
-    {
-        if (auto const remark = archive_.remark(series_.frames()); !remark.empty()) self.warn(remark);
-    }
-
-    void picture(double time, Solver<D>& solver)
-    {
-        auto const f = solver.fields(coarsen_);
-        auto const velocity = narrowed(f.velocity), pressure = narrowed(f.pressure), vorticity = narrowed(f.vorticity),
-                   solid = narrowed(f.solid_fraction);
-        series_.append(time, std::vector<sluice::CellColumn>{{"velocity", "m/s", D, velocity},
-                                                             {"pressure", "Pa", 1, pressure},
-                                                             {"vorticity", "1/s", spins<D>, vorticity},
-                                                             {"solid_fraction", "", 1, solid}});
-        std::vector<std::size_t> cells{static_cast<std::size_t>(f.ny), static_cast<std::size_t>(f.nx)};
-        if constexpr (D == 3) cells.insert(cells.begin(), static_cast<std::size_t>(f.nz));
-        auto const dataset = [&](char const* name, char const* unit, std::vector<float> const& values,
-                                 std::size_t components) {
-            auto shape = cells;
-            if (components > 1) shape.push_back(components);
-            return sluice::ArchiveDataset{name, unit, std::span<float const>(values), shape, sluice::Pack::deflate};
-        };
-        archive_.append(time, std::vector<sluice::ArchiveDataset>{dataset("velocity", "m/s", velocity, D),
-                                                                  dataset("pressure", "Pa", pressure, 1),
-                                                                  dataset("vorticity", "1/s", vorticity, spins<D>),
-                                                                  dataset("solid_fraction", "", solid, 1)});
-    }
-
-    //! `impulse`: what the fluid gave to all grains in the last window [N s].
-    //! `solids`: mean force on each solid at rest in that window [N].
-    void row(double time, Solver<D>& solver, std::array<double, D> const& impulse, std::vector<double> const& solids)
-    {
-        std::vector<double> values{time, solver.max_speed(), solver.mass()};
-        for (double const component : solver.momentum()) values.push_back(component);
-        values.insert(values.end(), impulse.begin(), impulse.end());
-        values.insert(values.end(), solids.begin(), solids.end());
-        table_.append(values);
-    }
-
-    void close() { archive_.close(); }
-
- private:
-    //! Of the blocks that Solver::fields() makes.
-    static sluice::Lattice lattice_of(Config const& config, int coarsen)
-    {
-        auto const [nx, ny, nz] = config.cells();
-        double const spacing = coarsen * config.cell;
-        auto const blocks = [&](std::ptrdiff_t n) { return static_cast<std::size_t>((n + coarsen - 1) / coarsen); };
-        return {config.origin, {spacing, spacing, spacing}, {blocks(nx), blocks(ny), D == 2 ? 0 : blocks(nz)}};
-    }
-    static std::vector<std::string> columns(Config const& config)
-    {
-        std::string const per = D == 2 ? "/m]" : "]";
-        std::vector<std::string> names{"time [s]", "max_speed [m/s]", "mass [kg" + per};
-        for (std::string const what : {"momentum_", "window_impulse_"})
-            for (std::size_t k = 0; k < D; ++k) names.push_back(what + "xyz"[k] + " [N s" + per);
-        for (Solid const& solid : config.solids)
-            for (std::size_t k = 0; k < D; ++k) names.push_back(solid.name + "_force_" + "xyz"[k] + " [N" + per);
-        return names;
-    }
-
-    int coarsen_;
-    sluice::Lattice lattice_;
-    sluice::ImageSeries series_;
-    sluice::Archive archive_;
-    sluice::Table table_;
-};
 
 //! Mean force and torque on each body over the steps of one window: the impulse that the fluid gave, over its length.
 template <int D>
@@ -159,6 +70,49 @@ BodiesView bodies_of(sluice::Kinematics const& k)
     std::span<std::uint64_t const> const ids(reinterpret_cast<std::uint64_t const*>(k.id.data()), k.id.size());
     return {k.position, k.velocity, k.angular_velocity, k.radius, ids};
 }
+
+//! The grains, of which partners tell the first process, for all.
+template <int D>
+class KnownToAll
+{
+ public:
+    explicit KnownToAll(ranks::Peers* peers) : peers_(peers) {}
+
+    //! The same for all processes; valid until the next call. `told`: what this one was told.
+    sluice::Kinematics share(sluice::Kinematics const& told)
+    {
+        if (!peers_) return told;
+        std::vector<Row> rows;
+        for (std::size_t i = 0; i < told.id.size(); ++i) {
+            Row row{.id = told.id[i], .position = {}, .velocity = {}, .spin = {}, .radius = told.radius[i]};
+            std::copy_n(told.position.begin() + static_cast<std::ptrdiff_t>(D * i), D, row.position);
+            std::copy_n(told.velocity.begin() + static_cast<std::ptrdiff_t>(D * i), D, row.velocity);
+            std::copy_n(told.angular_velocity.begin() + static_cast<std::ptrdiff_t>(spins<D> * i), spins<D>, row.spin);
+            rows.push_back(row);
+        }
+        id_.clear();
+        for (auto* v : {&position_, &velocity_, &spin_, &radius_}) v->clear();
+        for (Row const& row : ranks::from_first(*peers_, rows)) {
+            id_.push_back(row.id);
+            position_.insert(position_.end(), row.position, row.position + D);
+            velocity_.insert(velocity_.end(), row.velocity, row.velocity + D);
+            spin_.insert(spin_.end(), row.spin, row.spin + spins<D>);
+            radius_.push_back(row.radius);
+        }
+        return {id_, position_, velocity_, spin_, radius_};
+    }
+
+ private:
+    struct Row
+    {
+        std::int64_t id;
+        double position[D], velocity[D], spin[spins<D>], radius;
+    };
+
+    ranks::Peers* peers_;
+    std::vector<std::int64_t> id_;
+    std::vector<double> position_, velocity_, spin_, radius_;
+};
 
 //! Solids finer than a cell: where they are at the start of a window, and the mean force on them in it.
 template <int D>
@@ -227,10 +181,29 @@ Config read(sluice::Participant& self)
                        rotation ? std::optional(*rotation) : std::nullopt, phase);
 }
 
+void tell_of_what_is_stored(sluice::Participant& self, Config const& config, Layout const& layout)
+{
+    self.fact("cells", static_cast<double>(config.cells()[0] * config.cells()[1] * config.cells()[2]));
+    if (layout.whole()) return;
+    self.fact("cells that are stored", static_cast<double>(layout.stored()));
+    if (self.rank() == 0)
+        self.note(std::to_string(layout.stored()) +
+                  " cells hold fluid or are near it; the others, deep in solids at rest, are not stored");
+}
+
+template <int D>
+Measured<D> measured(Solver<D>& solver, std::array<double, D> const& impulse, std::vector<double> const& on_solids)
+{
+    return {solver.max_speed(), solver.mass(), solver.momentum(), impulse, on_solids};
+}
+
+//! Of several processes, all of which call it, the first speaks with partners and records.
 template <int D>
 void run(sluice::Participant& self, Config const& config)
 {
-    Solver<D> solver(config);
+    bool const first = self.rank() == 0;
+    auto const peers = self.ranks() > 1 ? ranks::mpi_peers(self.rank(), self.ranks()) : nullptr;
+    Solver<D> solver(config, peers.get());
     Shares shares;
     self.keeps(
         [&](sluice::State& state) {
@@ -241,15 +214,23 @@ void run(sluice::Participant& self, Config const& config)
             solver.restore(state);
             shares = Shares::kept(state);
         });
+    int const coarsen = self.scene().coarsen;
     std::optional<Recorder<D>> recorder;
-    if (!self.resumes()) recorder.emplace(self, config);
-    self.fact("cells", static_cast<double>(config.cells()[0] * config.cells()[1] * config.cells()[2]));
-    if (!solver.layout().whole()) {
-        self.fact("cells that are stored", static_cast<double>(solver.layout().stored()));
-        self.note(std::to_string(solver.layout().stored()) +
-                  " cells hold fluid or are near it; the others, deep in solids "
-                  "at rest, are not stored");
-    }
+    auto begin_recording = [&](std::optional<double> resumed_at) {
+        if (!first) return;
+        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, config, coarsen,
+                         resumed_at);
+        if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
+    };
+    auto picture = [&](double time) {
+        auto const fields = solver.fields(coarsen);
+        if (first) recorder->picture(time, fields);
+    };
+    auto row = [&](double time, Measured<D> const& now) {
+        if (first) recorder->row(time, now);
+    };
+    if (!self.resumes()) begin_recording(std::nullopt);
+    tell_of_what_is_stored(self, config, solver.layout());
     self.fact("time step [s]", config.step);
     self.fact("relaxation time", config.relaxation_time());
     if (config.phase) self.fact("bulk modulus of the fluid [Pa]", config.units().pressure_unit() / 3);
@@ -259,30 +240,32 @@ void run(sluice::Participant& self, Config const& config)
     });
 
     PhaseEdge<D> phase(self);
+    KnownToAll<D> known(peers.get());
     MeanLoad<D> load;
     std::vector<double> on_solids(D * config.solids.size());  // mean force of a window
     auto tell = [&] {
-        for (auto const& to : receivers) self.write(to, load.view());
+        for (auto const& to : receivers) self.write(to, first ? load.view() : sluice::Load{});
         if (phase.exists()) phase.tell(solver);
     };
     if (!self.resumes()) tell();
     sluice::Windows windows = self.windows();
-    if (self.resumes()) recorder.emplace(self, config, self.resumed_at());
+    if (self.resumes()) begin_recording(self.resumed_at());
     bool const iterates = !self.scene().implicit.empty();  // windows may be computed several times before they stand
     for (sluice::Window const& window : windows) {
-        if (self.went_back()) recorder.emplace(self, config, self.resumed_at());
+        if (self.went_back()) begin_recording(self.resumed_at());
         auto const steps = static_cast<std::int64_t>(std::lround(window.length / config.step));
         if (phase.exists()) phase.begin(window, steps, solver);
         for (std::int64_t k = 0; k < steps; ++k) {
             if (!senders.empty()) {
                 auto kinematics = self.read<sluice::Kinematics>(senders[0], window);
-                auto const bodies = kinematics.at(window.begin + (static_cast<double>(k) + 0.5) * config.step);
+                auto const bodies =
+                    known.share(kinematics.at(window.begin + (static_cast<double>(k) + 0.5) * config.step));
                 if (k == 0) load.restart(bodies.id);
                 solver.set_bodies(bodies_of(bodies));
             }
             if (k == 0 && window.index == 0 && window.iteration == 0) {
-                recorder->picture(0.0, solver);
-                recorder->row(0.0, solver, {}, on_solids);
+                picture(0.0);
+                row(0.0, measured<D>(solver, {}, on_solids));
             }
             solver.step();
             if (k == 0) std::fill(on_solids.begin(), on_solids.end(), 0.0);
@@ -293,25 +276,28 @@ void run(sluice::Participant& self, Config const& config)
         }
         tell();
         if (iterates && !self.accepted(window)) continue;
-        if (window.output) recorder->picture(window.end, solver);
-        if (window.series) recorder->row(window.end, solver, load.impulse(window.length), on_solids);
+        if (window.output) picture(window.end);
+        if (window.series) row(window.end, measured<D>(solver, load.impulse(window.length), on_solids));
     }
     self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel",
                  1 - shares.covered_cells / shares.steps);
     self.skipped("solid fractions", "grains that moved too little keep those of the step before",
                  1 - shares.rebuilt_bodies / shares.steps);
-    recorder->close();
+    if (first) recorder->close();
 }
 
 void take_part(sluice::Participant& self)
 {
     Config const config = read(self);
+    require_shareable(config, self.ranks());
+    ranks::refuse_restart(self.scene(), self.name());
     for (auto const& line : describe(config))
         if (self.checking()) std::printf("fluid: %s\n", line.c_str());
     for (auto const& issue : find_issues(config)) {
         if (self.checking()) std::printf("fluid: warning: %s: %s\n", issue.key.c_str(), issue.text.c_str());
-        self.warn(issue.key + ": " + issue.text);
+        if (self.rank() == 0) self.warn(issue.key + ": " + issue.text);
     }
+    if (self.rank() > 0) self.covers({{1, 1, 1}, {-1, -1, -1}});  // nothing: the first process hears for all
     self.propose_window(config.step, true);
     if (self.checking()) return;
     if (config.dimension == 2)

@@ -23,8 +23,11 @@ std::size_t row_length(double radius)
 }  // namespace
 
 template <int D>
-Coverage<D>::Coverage(Layout const& layout, std::array<bool, 3> periodic, std::vector<Patch<D>> patches)
-    : layout_(&layout), periodic_(periodic), row_start_(static_cast<std::size_t>(layout.rows()) + 1)
+Coverage<D>::Coverage(Domain<D> const& domain, std::array<bool, 3> periodic, std::vector<Patch<D>> patches)
+    : domain_(&domain),
+      layout_(&domain.own()),
+      periodic_(periodic),
+      row_start_(static_cast<std::size_t>(layout_->rows()) + 1)
 {
     std::vector<std::size_t> offsets;
     for (Patch<D> const& patch : patches) add_patch(patch, offsets);
@@ -33,45 +36,66 @@ Coverage<D>::Coverage(Layout const& layout, std::array<bool, 3> periodic, std::v
     sort_by_row();
 }
 
-//! One strip for each row and each part of it that is stored, from its first cell with solid to its last.
+//! One strip for each row and each part of it that is stored here, from its first cell with solid to its last.
 template <int D>
 void Coverage<D>::add_patch(Patch<D> const& patch, std::vector<std::size_t>& offsets)
 {
-    Extent const& cells = layout_->cells();
     auto const index = static_cast<std::ptrdiff_t>(patches_.size());
-    Kept kept{.centre = patch.centre};
     Extent low, high;
     for (std::size_t k = 0; k < 3; ++k) {
         low[k] = std::max<std::ptrdiff_t>(0, patch.first[k]);
-        high[k] = std::min(patch.first[k] + patch.size[k], cells[k]);
+        high[k] = std::min(patch.first[k] + patch.size[k], layout_->cells()[k]);
     }
+    Kept kept{.centre = patch.centre, .layers = {low[D - 1], high[D - 1]}};
+    auto const each_strip = [&](Layout const& layout, std::ptrdiff_t y, std::ptrdiff_t z, auto&& visit) {
+        double const* const fraction = patch.row(y, z) - patch.first[0];
+        for (std::uint32_t const r : layout.across(y, z)) {
+            Row const& row = layout.row(r);
+            std::ptrdiff_t begin = std::max<std::ptrdiff_t>(low[0], row.first),
+                           end = std::min<std::ptrdiff_t>(high[0], row.first + row.cells);
+            while (begin < end && fraction[begin] == 0) ++begin;
+            while (begin < end && fraction[end - 1] == 0) --end;
+            if (begin >= end) continue;
+            std::array<double, D> arm;
+            Extent const cell{begin, y, z};
+            for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(cell[k]) + 0.5 - patch.centre[k];
+            visit(Strip<D>{index, r, begin - row.first, end - begin, fraction + begin, arm, patch.drag});
+        }
+    };
     for (std::ptrdiff_t z = low[2]; z < high[2]; ++z)
         for (std::ptrdiff_t y = low[1]; y < high[1]; ++y) {
-            double const* const fraction = patch.row(y, z) - patch.first[0];
-            for (std::uint32_t const r : layout_->across(y, z)) {
-                Row const& row = layout_->row(r);
-                std::ptrdiff_t begin = std::max<std::ptrdiff_t>(low[0], row.first),
-                               end = std::min<std::ptrdiff_t>(high[0], row.first + row.cells);
-                while (begin < end && fraction[begin] == 0) ++begin;
-                while (begin < end && fraction[end - 1] == 0) --end;
-                if (begin >= end) continue;
-                std::array<double, D> arm;
-                Extent const cell{begin, y, z};
-                for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(cell[k]) + 0.5 - patch.centre[k];
-                patch_strips_.push_back({index, r, begin - row.first, end - begin, nullptr, arm, patch.drag});
-                std::vector<double> padded(fraction + begin, fraction + end);
+            each_strip(domain_->whole(), y, z, [&](Strip<D> const& s) {
+                for (std::ptrdiff_t x = 0; x < s.count; ++x) {
+                    kept.volume += s.fraction[x];
+                    for (std::size_t k = 0; k < D; ++k)
+                        kept.first_moment[k] += s.fraction[x] * (s.arm[k] + (k == 0 ? static_cast<double>(x) : 0.0));
+                }
+            });
+            each_strip(*layout_, y, z, [&](Strip<D> const& s) {
+                std::vector<double> padded(s.fraction, s.fraction + s.count);
                 padded.resize(padded.size() + strip_lanes - 1, 0.0);
                 offsets.push_back(patch_fraction_.add(padded));
-                for (std::ptrdiff_t x = begin; x < end; ++x) {
-                    kept.volume += fraction[x];
-                    for (std::size_t k = 0; k < D; ++k)
-                        kept.first_moment[k] +=
-                            fraction[x] * (arm[k] + (k == 0 ? static_cast<double>(x - begin) : 0.0));
-                }
-            }
+                patch_strips_.push_back(s);
+            });
         }
     patch_start_.push_back(patch_strips_.size());
     patches_.push_back(kept);
+}
+
+template <int D>
+bool Coverage<D>::has_all_of(std::size_t i) const noexcept
+{
+    auto const [begin, end] = i < shape_.size() ? shape_[i].layers() : patches_[i - shape_.size()].layers;
+    return domain_->has_layers(begin, end);
+}
+
+//! Whether a body may cover cells of this process.
+template <int D>
+bool Coverage<D>::is_near(Shape const& shape) const noexcept
+{
+    auto const [begin, end] = shape.layers();
+    bool const wraps = periodic_[D - 1] && (begin < 0 || end > layout_->cells()[D - 1]);
+    return wraps || (begin < domain_->end() && end > domain_->begin());
 }
 
 template <int D>
@@ -129,7 +153,8 @@ std::ptrdiff_t Coverage<D>::update(std::span<Body<D> const> bodies, sluice::Team
             Shape const now{bodies[i].centre, bodies[i].radius};
             if (shape_[i] == now) continue;
             shape_[i] = now;
-            cover(i, bodies[i]);
+            count_[i] = 0;
+            if (is_near(now)) cover(i, bodies[i]);
             changed.fetch_add(1, std::memory_order_relaxed);
         }
     });

@@ -1,14 +1,15 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "coupler/base/team.hpp"
 #include "participants/lbm/disc_area.hpp"
+#include "participants/lbm/domain.hpp"
 #include "participants/lbm/lattice.hpp"
-#include "participants/lbm/layout.hpp"
 #include "participants/lbm/shared_runs.hpp"
 
 namespace lbm {
@@ -97,15 +98,16 @@ template <int D>
 class Coverage
 {
  public:
-    //! Keeps the layout's address, and of the patches what lies in cells that are stored.
-    Coverage(Layout const& layout, std::array<bool, 3> periodic, std::vector<Patch<D>> patches = {});
+    //! Keeps the domain's address, and of the patches what lies in cells that are stored.
+    Coverage(Domain<D> const& domain, std::array<bool, 3> periodic, std::vector<Patch<D>> patches = {});
 
-    //! What is left of a patch.
+    //! What is left of a patch in the whole lattice.
     struct Kept
     {
         std::array<double, D> centre;
         double volume = 0;                     //!< [cells]
         std::array<double, D> first_moment{};  //!< of the volume, about the centre [cells^2]
+        std::array<std::ptrdiff_t, 2> layers;  //!< begin and end
     };
     std::vector<Kept> const& patches() const noexcept { return patches_; }
     //! Returns how many bodies' fractions it computed anew.
@@ -116,6 +118,8 @@ class Coverage
     std::span<Strip<D> const> strips() const noexcept { return strips_; }
     //! Begin and end in strips() of body i's strips, from the lowest row up; after the bodies come the patches.
     std::array<std::size_t, 2> of_body(std::size_t i) const noexcept { return {first_[i], first_[i] + count_[i]}; }
+    //! Whether this process has all layers that body i, or patch, may reach.
+    bool has_all_of(std::size_t i) const noexcept;
     std::size_t bytes() const noexcept
     {
         return sizeof(double) * fraction_.size() + patch_fraction_.bytes() +
@@ -128,16 +132,24 @@ class Coverage
         std::array<double, D> centre;
         double radius;
         bool operator==(Shape const&) const = default;
+        //! Begin and end of the layers that it may reach; beyond the lattice if it does.
+        std::array<std::ptrdiff_t, 2> layers() const noexcept
+        {
+            return {static_cast<std::ptrdiff_t>(std::floor(centre[D - 1] - radius)) - 1,
+                    static_cast<std::ptrdiff_t>(std::ceil(centre[D - 1] + radius)) + 1};
+        }
     };
 
     void lay_out(std::span<Body<D> const> bodies);
     void add_patch(Patch<D> const& patch, std::vector<std::size_t>& offsets);
+    bool is_near(Shape const& shape) const noexcept;
     void cover(std::size_t i, Body<D> const& body);
     std::size_t add_strips(std::size_t at, Strip<D> strip, std::ptrdiff_t y, std::ptrdiff_t z);
     std::size_t add_within_lattice(std::size_t at, Strip<D> const& strip, std::ptrdiff_t y, std::ptrdiff_t z);
     void sort_by_row();
 
-    Layout const* layout_;
+    Domain<D> const* domain_;
+    Layout const* layout_;  //!< of this process
     std::array<bool, 3> periodic_;
     std::vector<Shape> shape_;                       //!< of the bodies at the last update
     std::vector<std::size_t> box_start_;             //!< in fraction_, for each body

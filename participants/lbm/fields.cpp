@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "participants/lbm/foreign_layers.hpp"
 #include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/solver.hpp"
 
@@ -174,19 +175,29 @@ Fields Solver<D>::fields(int coarsen)
     auto const blocks = [&](std::ptrdiff_t n) { return (n + k - 1) / k; };
     constexpr std::size_t last = D - 1;
     Cells<D> c{.n = layout_.cells(), .periodic = walls_.periodic(), .layers = k + 2};
+    ForeignLayers<D> foreign(domain_, c.periodic[last], k,
+                             [&](std::ptrdiff_t r, RowState<D>& row) { read_row(r, row); });
     RowState<D> row;
     auto const take_layer = [&](std::ptrdiff_t layer) {
         c.clear(layer);
-        std::ptrdiff_t const at = (layer + c.n[last]) % c.n[last];
-        for (std::ptrdiff_t y = D == 2 ? at : 0; y < (D == 2 ? at + 1 : c.n[1]); ++y)
-            for (std::uint32_t const r : layout_.across(y, D == 2 ? 0 : at)) {
-                read_row(r, row);
-                Extent cell{layout_.row(r).first, y, 0};
-                cell[last] = layer;
-                c.put(cell, row);
-            }
+        std::ptrdiff_t const at = wrap(layer, c.n[last]);
+        auto const put = [&](Row const& place) {
+            Extent cell{place.first, place.y, 0};
+            cell[last] = layer;
+            c.put(cell, row);
+        };
+        if (foreign.has(at))
+            return each_row_of_layer<D>(domain_.whole(), at, [&](std::ptrdiff_t r) {
+                foreign.take(at, domain_.whole().row(r).cells, row);
+                put(domain_.whole().row(r));
+            });
+        each_row_of_layer<D>(layout_, at, [&](std::ptrdiff_t r) {
+            read_row(r, row);
+            put(layout_.row(r));
+        });
     };
-    std::ptrdiff_t taken = c.periodic[last] ? -1 : 0;  // layers before
+    auto const [first_block, last_block] = blocks_of(domain_, domain_.rank(), k);
+    std::ptrdiff_t taken = std::max<std::ptrdiff_t>(first_block * k - 1, c.periodic[last] ? -1 : 0);  // layers before
     auto const take_up_to = [&](std::ptrdiff_t layer) {
         for (; taken <= std::min(layer, c.periodic[last] ? c.n[last] : c.n[last] - 1); ++taken) take_layer(taken);
     };
@@ -194,8 +205,8 @@ Fields Solver<D>::fields(int coarsen)
     out.nx = blocks(c.n[0]), out.ny = blocks(c.n[1]), out.nz = blocks(c.n[2]);
     out.spacing = static_cast<double>(k) * config_.cell;
     LatticeUnits const unit = config_.units();
-    for (std::ptrdiff_t z = 0; z < out.nz; ++z)
-        for (std::ptrdiff_t y = 0; y < out.ny; ++y) {
+    for (std::ptrdiff_t z = D == 2 ? 0 : first_block; z < (D == 2 ? 1 : last_block); ++z)
+        for (std::ptrdiff_t y = D == 2 ? first_block : 0; y < (D == 2 ? last_block : out.ny); ++y) {
             take_up_to((D == 2 ? y : z) * k + k);
             for (std::ptrdiff_t x = 0; x < out.nx; ++x) {
                 auto const value = mean_over(c, {x, y, z}, k);
@@ -207,6 +218,9 @@ Fields Solver<D>::fields(int coarsen)
                     out.vorticity.push_back(value[2 + D + axis] / config_.step);
             }
         }
+    if (auto* const peers = domain_.peers())
+        for (auto* v : {&out.velocity, &out.pressure, &out.vorticity, &out.solid_fraction})
+            ranks::join_on_first(*peers, *v);
     return out;
 }
 
@@ -224,6 +238,7 @@ double Solver<D>::max_speed()
             largest = std::max(largest, square);
         }
     }
+    if (auto* const peers = domain_.peers()) largest = std::ranges::max(peers->numbers(largest));
     return std::sqrt(largest) * config_.units().velocity_unit();
 }
 

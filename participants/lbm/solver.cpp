@@ -52,15 +52,16 @@ Boundary boundary_lu(Config const& c, std::size_t s)
 }
 
 template <int D>
-Walls walls_lu(Config const& c, Relaxation const& relaxation, Layout const& layout,
+Walls walls_lu(Config const& c, Relaxation const& relaxation, Domain<D> const& domain,
                std::vector<Patch<D>> const& patches)
 {
     Walls walls{};
     for (std::size_t s = 0; s < 2 * c.axes(); ++s) walls.side[s / 2][s % 2] = boundary_lu<D>(c, s);
     walls.even_rate = relaxation.shear;
-    walls.entrances = find_entrances<D>(walls, layout,
-                                        {.at = [&](Extent const& cell) { return solid_at(patches, cell); },
-                                         .cover = [&](Extent const& cell) { return is_covered(patches, cell); }});
+    walls.entrances = find_entrances<D>(walls, domain.own(),
+                                        {.solid_at = [&](Extent const& cell) { return solid_at(patches, cell); },
+                                         .cover = [&](Extent const& cell) { return is_covered(patches, cell); },
+                                         .elsewhere = [&](Extent const& cell) { return domain.whole().box_of(cell); }});
     return walls;
 }
 
@@ -98,15 +99,24 @@ Config const& checked(Config const& config)
     return config;
 }
 
+void require_shareable(Config const& config, int processes)
+{
+    require(processes == 1 || (!config.phase && config.surface == Surface::covered), [&] {
+        return Error(std::string("fluid: ") +
+                     (config.phase ? "solids finer than a cell (phase)" : "grains: interpolated") + " with " +
+                     std::to_string(processes) + " processes (needed: one). Give ranks: 1, and threads.");
+    });
+}
+
 //! The solids' fractions are let go before the populations are allocated.
 template <int D>
-Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes)
+Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes, ranks::Peers* peers)
     : config_(checked(config)),
       relaxation_(relaxation(config_)),
-      layout_(layout_of(config_, patches, std::move(boxes))),
-      walls_(walls_lu<D>(config_, relaxation_, layout_, patches)),
+      domain_(layout_of(config_, patches, std::move(boxes)), peers),
+      walls_(walls_lu<D>(config_, relaxation_, domain_, patches)),
       kernels_(kernels_of<D>(config_)),
-      coverage_(layout_, walls_.periodic(), std::move(patches)),
+      coverage_(domain_, walls_.periodic(), std::move(patches)),
       team_(config_.threads),
       populations_(layout_, config_.precision, team_),
       solid_exchange_(coverage_.patches().size()),
@@ -114,6 +124,8 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
       solid_torque_(spins<D> * solid_exchange_.size()),
       covered_cells_(static_cast<std::size_t>(layout_.rows()))
 {
+    require_shareable(config_, peers ? peers->count() : 1);
+    if (peers) halo_.emplace(domain_, walls_.entrances.crossings, config_.precision);
     list_rim();
     list_still_rows();
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
@@ -197,11 +209,10 @@ void Solver<D>::step()
     for (auto& pair : walls_.side)
         for (Boundary& side : pair) side.share = grown(static_cast<double>(steps_) + 0.5, side.ramp);
     if (phase_) phase_->spread();
-    team_.share(layout_.rows(), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t r = begin; r < end; ++r) collide_row(r);
-    });
+    collide_rows();
     if (phase_) phase_->gather(team_);
     populations_.stream(team_);
+    if (halo_) halo_->send(populations_);
     complete_ = false;
     if (links_) {
         complete();
@@ -214,6 +225,22 @@ void Solver<D>::step()
     require(finite, [&] {
         return Error("fluid: t = " + std::to_string(time()) + " s: the force on a body is not finite.",
                      sluice::Exit::numerical);
+    });
+}
+
+//! Those that others' populations enter come last: these may be under way till then.
+template <int D>
+void Solver<D>::collide_rows()
+{
+    team_.share(layout_.rows(), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t r = begin; r < end; ++r)
+            if (!halo_ || !halo_->enters(r)) collide_row(r);
+    });
+    if (!halo_) return;
+    halo_->receive(populations_);
+    auto const& rows = halo_->rows();
+    team_.share(static_cast<std::ptrdiff_t>(rows.size()), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t k = begin; k < end; ++k) collide_row(rows[static_cast<std::size_t>(k)]);
     });
 }
 
@@ -239,32 +266,78 @@ void Solver<D>::enter_row(std::ptrdiff_t r, AnySlots<D> const& slots)
     });
 }
 
+//! Of a body, or after the bodies a patch.
 template <int D>
-typename Solver<D>::Motion Solver<D>::sum_strips(std::size_t index) const
+void Solver<D>::add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const
 {
-    Motion sum{};
-    if (links_ && index < bodies_.size()) return links_->impulses()[index];
-    auto const [begin, end] = coverage_.of_body(index - (links_ ? bodies_.size() : 0));
-    for (std::size_t k = begin; k < end; ++k)
-        for (std::size_t f = 0; f < freedoms; ++f) sum[f] += strip_load_[k][f];
-    return sum;
+    if (links_ && index < bodies_.size()) {
+        parts.push_back({index, 0, links_->impulses()[index]});
+        return;
+    }
+    std::size_t const covering = index - (links_ ? bodies_.size() : 0);
+    auto const [begin, end] = coverage_.of_body(covering);
+    double const centre = index < bodies_.size() ? bodies_[index].centre[D - 1]
+                                                 : coverage_.patches()[index - bodies_.size()].centre[D - 1];
+    std::size_t const first = parts.size();
+    for (std::size_t k = begin; k < end; ++k) {
+        auto const layer = static_cast<std::int64_t>(std::llround(coverage_.strips()[k].arm[D - 1] + centre - 0.5));
+        if (parts.size() == first || parts.back().layer != layer) parts.push_back({index, layer, {}});
+        for (std::size_t f = 0; f < freedoms; ++f) parts.back().sum[f] += strip_load_[k][f];
+    }
+    if (!coverage_.has_all_of(covering) || parts.size() < first + 2) return;
+    for (std::size_t p = first + 1; p < parts.size(); ++p)
+        for (std::size_t f = 0; f < freedoms; ++f) parts[first].sum[f] += parts[p].sum[f];
+    parts.resize(first + 1);
 }
 
-//! Sums each body's strips in their order, whatever the number of threads. Returns whether all loads are finite.
+//! What patches get through cells that are not stored.
+template <int D>
+void Solver<D>::add_rim_parts(std::size_t first, std::vector<SumPart<freedoms>>& parts) const
+{
+    constexpr std::int64_t none = -1;
+    std::vector<SumPart<freedoms>> now;  // of each patch
+    for (std::size_t i = 0; i < solid_exchange_.size(); ++i) now.push_back({first + i, none, {}});
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r)
+        for (std::size_t k = rim_start_[static_cast<std::size_t>(r)]; k < rim_start_[static_cast<std::size_t>(r) + 1];
+             ++k) {
+            auto& part = now[static_cast<std::size_t>(rim_load_[k].patch)];
+            if (part.layer != domain_.layer_of(r)) {
+                if (part.layer != none) parts.push_back(part);
+                part = {part.which, domain_.layer_of(r), {}};
+            }
+            for (std::size_t f = 0; f < freedoms; ++f) part.sum[f] += rim_load_[k].load[f];
+        }
+    for (auto const& part : now)
+        if (part.layer != none) parts.push_back(part);
+}
+
+//! Momentum and angular momentum of the step [lattice units]: by bodies, by patches, and by patches through cells that
+//! are not stored. Added up in one order, whatever the number of threads and processes.
+template <int D>
+std::vector<typename Solver<D>::Motion> Solver<D>::exchanged() const
+{
+    std::size_t const solids = bodies_.size() + solid_exchange_.size();
+    std::vector<SumPart<freedoms>> parts;
+    for (std::size_t i = 0; i < solids; ++i) add_parts(i, parts);
+    if (!rim_load_.empty()) add_rim_parts(solids, parts);
+    return domain_.totals(parts, solids + solid_exchange_.size());
+}
+
+//! Returns whether all loads are finite.
 template <int D>
 bool Solver<D>::sum_loads()
 {
-    std::size_t const n = bodies_.size();
+    std::size_t const n = bodies_.size(), patches = solid_exchange_.size();
     double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
+    std::vector<Motion> const sums = n + patches > 0 ? exchanged() : std::vector<Motion>();
     bool finite = true;
     for (std::size_t i = 0; i < n; ++i) {
-        Motion const sum = sum_strips(i);
-        for (std::size_t f = 0; f < D; ++f) exchange_[D * i + f] = sum[f] * force_unit;
-        for (std::size_t f = 0; f < spins<D>; ++f) exchange_torque_[spins<D> * i + f] = sum[D + f] * torque_unit;
-        finite = finite && std::isfinite(std::accumulate(sum.begin(), sum.end(), 0.0));
+        for (std::size_t f = 0; f < D; ++f) exchange_[D * i + f] = sums[i][f] * force_unit;
+        for (std::size_t f = 0; f < spins<D>; ++f) exchange_torque_[spins<D> * i + f] = sums[i][D + f] * torque_unit;
+        finite = finite && std::isfinite(std::accumulate(sums[i].begin(), sums[i].end(), 0.0));
     }
     find_loads();
-    find_solid_loads();
+    if (patches > 0) find_solid_loads(std::span(sums).subspan(n, patches), std::span(sums).subspan(n + patches));
     std::ptrdiff_t covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
     for (std::size_t i = 0; links_ && i < n; ++i) covered += static_cast<std::ptrdiff_t>(links_->cells_in(i));
     share_.covered_cells = static_cast<double>(covered) / static_cast<double>(layout_.stored());

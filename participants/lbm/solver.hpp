@@ -8,7 +8,9 @@
 #include "participants/frame/rotating_frame.hpp"
 #include "participants/lbm/config.hpp"
 #include "participants/lbm/coverage.hpp"
+#include "participants/lbm/domain.hpp"
 #include "participants/lbm/fields.hpp"
+#include "participants/lbm/halo.hpp"
 #include "participants/lbm/kernels.hpp"
 #include "participants/lbm/links.hpp"
 #include "participants/lbm/phase.hpp"
@@ -55,17 +57,23 @@ struct Share
 
 //! The configuration. Throws Error (exit 2) if find_issues() refuses it.
 Config const& checked(Config const& config);
+//! Throws Error (exit 2) unless so many processes can share the lattice of such a run.
+void require_shareable(Config const& config, int processes);
 
 //! Fluid with moving bodies (equations, limits: README.md): D2Q9 with discs, D3Q19 with spheres. SI outside, lattice
-//! units inside.
+//! units inside. Several processes may share one lattice: each makes the same calls with the same bodies in the same
+//! order and learns the same loads.
 template <int D>
 class Solver
 {
  public:
-    //! Throws Error (exit 2) if find_issues() refuses the configuration.
-    explicit Solver(Config const& config) : Solver(config, patches_of<D>(checked(config))) {}
+    //! Throws Error (exit 2) if find_issues() refuses the configuration, or `peers`, who share the lattice, cannot.
+    explicit Solver(Config const& config, ranks::Peers* peers = nullptr)
+        : Solver(config, patches_of<D>(checked(config)), {}, peers)
+    {}
     //! With solids at rest instead of those of the configuration. Without `boxes` those that hold fluid are stored.
-    Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes = {});
+    Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes = {},
+           ranks::Peers* peers = nullptr);
 
     double time_step() const noexcept { return config_.step; }                           //!< [s]
     double time() const noexcept { return static_cast<double>(steps_) * config_.step; }  //!< [s]
@@ -87,8 +95,8 @@ class Solver
     LoadsView solid_loads() const noexcept { return {solid_force_, solid_torque_}; }  //!< on solids at rest
     std::vector<double> solid_volumes() const;  //!< of their parts that are stored [cells]
 
-    Fields fields(int coarsen = 1);
-    double max_speed();  //!< [m/s]
+    Fields fields(int coarsen = 1);  //!< the first process gets all blocks, others their own
+    double max_speed();              //!< [m/s]
     //! Sum of rho dx^D over the cells that are stored, solids' fluid included (not that of interpolated bodies) [kg];
     //! in the plane per metre.
     double mass();
@@ -97,16 +105,16 @@ class Solver
     //! [N s]; with exchange() it is what the fluid outside has lost.
     std::array<double, D> taken_along() const;
     Share share() const noexcept { return share_; }
-    Layout const& layout() const noexcept { return layout_; }
+    Layout const& layout() const noexcept { return domain_.whole(); }
     std::size_t bytes() const noexcept
     {
         return populations_.bytes() + coverage_.bytes() + still_.bytes() + (links_ ? links_->bytes() : 0);
-    }  //!< of all that is large
+    }  //!< of all that is large, in this process
 
     //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest; of the bodies
     //! `bodies/id`, `bodies/place` (Body, lattice units), `bodies/displaced`; of the bodies of the last step `last/id`,
     //! `last/velocity` [m/s, 1/s], `last/exchange` [N, N m]; `populations/0` and so on, shape [z][y][x], as doubles
-    //! or, in single precision, floats as bytes.
+    //! or, in single precision, floats as bytes: of a shared lattice those of this process.
     void keep(sluice::State& kept);
     //! Of a solver with the same configuration. Throws Error (exit 7) for a state of another lattice.
     void restore(sluice::State const& kept);
@@ -120,6 +128,7 @@ class Solver
     Relaxation of_row(std::ptrdiff_t r) const;
     std::array<double, D> acceleration_at(std::array<double, D> const& place, double const* velocity) const;
     void enter_row(std::ptrdiff_t r, AnySlots<D> const& slots);
+    void collide_rows();
     void collide_row(std::ptrdiff_t r);
     void collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     bool all_rest(std::span<std::uint32_t const> strips) const;
@@ -129,8 +138,10 @@ class Solver
     void add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid);
     void add_rim_forces(std::ptrdiff_t r, AnySlots<D> const& slots);
     bool sum_loads();
-    Motion sum_strips(std::size_t index) const;
-    void find_solid_loads();
+    void add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const;
+    void add_rim_parts(std::size_t first, std::vector<SumPart<freedoms>>& parts) const;
+    std::vector<Motion> exchanged() const;
+    void find_solid_loads(std::span<Motion const> strips, std::span<Motion const> rims);
     void find_loads();
     void list_rim();
     void check_bodies(BodiesView const& bodies) const;
@@ -149,6 +160,8 @@ class Solver
     void read_moments(std::ptrdiff_t r, RowState<D>& row) const;
     void leave_out_bodies(std::ptrdiff_t r, RowState<D>& row) const;
     void read_row(std::ptrdiff_t r, RowState<D>& row) const;
+    template <std::size_t K, class Of>
+    std::array<double, K> sum_over_rows(Of&& of_row) const;
     void watch();
     void report_blow_up();
 
@@ -183,7 +196,8 @@ class Solver
     };
     std::optional<Turning> turning_;
     std::optional<Phase<D>> phase_;
-    Layout layout_;
+    Domain<D> domain_;
+    Layout const& layout_ = domain_.own();
     Walls walls_;
     Kernels<D> kernels_;
     Coverage<D> coverage_;
@@ -191,6 +205,7 @@ class Solver
     std::optional<Links<D>> links_;  //!< bodies are surfaces, instead of covering cells
     sluice::Team team_;
     Populations<D> populations_;
+    std::optional<Halo<D>> halo_;  //!< of a shared lattice
     std::vector<Body<D>> bodies_;
     std::vector<Displaced> displaced_;
     std::vector<std::uint64_t> id_, last_id_;

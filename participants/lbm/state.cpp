@@ -183,17 +183,14 @@ std::array<double, D> Solver<D>::taken_along() const
     return momentum;
 }
 
-//! The same for solids at rest.
+//! The same for solids at rest, from what each got through cells that it covers and through those not stored.
 template <int D>
-void Solver<D>::find_solid_loads()
+void Solver<D>::find_solid_loads(std::span<Motion const> strips, std::span<Motion const> rims)
 {
     double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
-    std::vector<Motion> rim(solid_exchange_.size(), Motion{});
-    for (RimLoad const& row : rim_load_)
-        for (std::size_t k = 0; k < freedoms; ++k) rim[static_cast<std::size_t>(row.patch)][k] += row.load[k];
     for (std::size_t i = 0; i < solid_exchange_.size(); ++i) {
-        Motion now = sum_strips(bodies_.size() + i);
-        for (std::size_t k = 0; k < freedoms; ++k) now[k] += rim[i][k];
+        Motion now = strips[i];
+        for (std::size_t k = 0; k < freedoms; ++k) now[k] += rims[i][k];
         for (std::size_t k = 0; k < freedoms; ++k) now[k] *= k < D ? force_unit : torque_unit;
         Motion const& last = solid_exchange_[i];
         auto const& patch = coverage_.patches()[i];
@@ -282,6 +279,7 @@ void Solver<D>::set_state(std::function<PointState<D>(std::array<double, D> cons
             }
         }
     };
+    if (halo_) halo_->receive(populations_);  // lest they come later
     populations_.visit([&](auto const& rows) {
         for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) {
             set_row(r, rows.row(r));
@@ -296,6 +294,7 @@ template <int D>
 void Solver<D>::complete()
 {
     if (complete_) return;
+    if (halo_) halo_->receive(populations_);
     team_.share(layout_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (std::ptrdiff_t r = begin; r < end; ++r) enter_row(r, populations_.row(r));
     });
@@ -316,32 +315,43 @@ void Solver<D>::leave_out_bodies(std::ptrdiff_t r, RowState<D>& row) const
     }
 }
 
+//! of_row(row's state) over all rows of all processes, in one order: by layers.
+template <int D>
+template <std::size_t K, class Of>
+std::array<double, K> Solver<D>::sum_over_rows(Of&& of_row) const
+{
+    RowState<D> row;
+    std::vector<SumPart<K>> parts;
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
+        read_moments(r, row);
+        leave_out_bodies(r, row);
+        if (parts.empty() || parts.back().layer != domain_.layer_of(r)) parts.push_back({0, domain_.layer_of(r), {}});
+        std::array<double, K> const sums = of_row(row);
+        for (std::size_t k = 0; k < K; ++k) parts.back().sum[k] += sums[k];
+    }
+    return domain_.totals(parts, 1)[0];
+}
+
 template <int D>
 double Solver<D>::mass()
 {
     complete();
-    RowState<D> row;
-    double sum = 0;
-    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
-        read_moments(r, row);
-        leave_out_bodies(r, row);
-        sum = std::accumulate(row.excess.begin(), row.excess.end(), sum);
-    }
-    return (sum + static_cast<double>(layout_.stored())) * config_.units().mass_unit();
+    double const excess = sum_over_rows<1>([](RowState<D> const& row) {
+        return std::array{std::accumulate(row.excess.begin(), row.excess.end(), 0.0)};
+    })[0];
+    return (excess + static_cast<double>(domain_.whole().stored())) * config_.units().mass_unit();
 }
 
 template <int D>
 std::array<double, D> Solver<D>::momentum()
 {
     complete();
-    RowState<D> row;
-    std::array<double, D> sum{};
-    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
-        read_moments(r, row);
-        leave_out_bodies(r, row);
+    auto sum = sum_over_rows<D>([](RowState<D> const& row) {
+        std::array<double, D> sums;
         for (std::size_t k = 0; k < D; ++k)
-            sum[k] = std::accumulate(row.velocity[k].begin(), row.velocity[k].end(), sum[k]);
-    }
+            sums[k] = std::accumulate(row.velocity[k].begin(), row.velocity[k].end(), 0.0);
+        return sums;
+    });
     for (double& component : sum) component *= config_.units().momentum_unit();
     return sum;
 }

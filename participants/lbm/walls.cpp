@@ -83,13 +83,15 @@ template <int D>
 class EntranceFinder
 {
  public:
-    EntranceFinder(Walls const& walls, Layout const& layout, Solids const& solids)
-        : walls_(walls), layout_(layout), solids_(solids)
+    EntranceFinder(Walls const& walls, Layout const& layout, Surroundings const& around)
+        : walls_(walls), layout_(layout), around_(around)
     {}
 
-    std::vector<Entrance> of_row(Row const& row)
+    std::vector<Crossing> const& crossings() const { return crossings_; }  //!< of all rows so far
+    std::vector<Entrance> of_row(std::ptrdiff_t r)
     {
         links_.clear();
+        Row const& row = layout_.row(r);
         Box const& box = layout_.boxes()[static_cast<std::size_t>(row.box)];
         auto const beside = [&](std::size_t k, std::ptrdiff_t at) {
             return at >= box.first[k] && at < box.first[k] + box.size[k];
@@ -100,15 +102,18 @@ class EntranceFinder
             if (ends_only && c[0] == 0) continue;
             std::int32_t const begin = ends_only && c[0] < 0 ? row.cells - 1 : 0,
                                end = ends_only && c[0] > 0 ? 1 : row.cells;
-            for (std::int32_t x = begin; x < end; ++x) add(q, row, x);
+            for (std::int32_t x = begin; x < end; ++x) add(q, r, x);
         }
         return links_;
     }
 
  private:
-    void add(std::size_t q, Row const& row, std::int32_t x)
+    void add(std::size_t q, std::ptrdiff_t r, std::int32_t x)
     {
-        Entrance const link = find(q, {row.first + x, row.y, row.z}, row.box, x);
+        Row const& row = layout_.row(r);
+        Extent left{};
+        Entrance const link = find(q, {row.first + x, row.y, row.z}, row.box, x, left);
+        if (link.box < 0) return add_crossing(static_cast<std::int32_t>(r), link, left);
         if (!links_.empty()) {
             Entrance& last = links_.back();
             Entrance next = last;
@@ -118,7 +123,21 @@ class EntranceFinder
         }
         links_.push_back(link);
     }
-    Entrance find(std::size_t q, Extent const& cell, std::int32_t box, std::int32_t x) const
+    void add_crossing(std::int32_t r, Entrance const& link, Extent const& left)
+    {
+        std::int32_t const box = around_.elsewhere(left);
+        if (!crossings_.empty()) {
+            Crossing& last = crossings_.back();
+            Extent next = last.left;
+            next[0] += last.cells;
+            if (last.row == r && last.into == link.into && last.from == link.from && last.box == box &&
+                last.x + last.cells == link.x && next == left)
+                return static_cast<void>(++last.cells);
+        }
+        crossings_.push_back({r, link.into, link.from, link.x, 1, box, left});
+    }
+    //! `left`: the cell that they left. The link's box is -1 if another process has that.
+    Entrance find(std::size_t q, Extent const& cell, std::int32_t box, std::int32_t x, Extent& left) const
     {
         auto const& c = Lattice<D>::c[q];
         Extent const& n = layout_.cells();
@@ -142,15 +161,16 @@ class EntranceFinder
             link.across = static_cast<std::uint8_t>(across);
             link.kind = side.kind;
             link.push = side.kind == Border::pressure ? 0.0 : entry.push(side);
-            if (side.kind == Border::inflow && solids_.cover(cell)) link.kind = Border::wall, link.push = 0;
+            if (side.kind == Border::inflow && around_.cover(cell)) link.kind = Border::wall, link.push = 0;
             return from_here(link, source);
         }
-        Extent left;  // the cell that they left
         for (std::size_t k = 0; k < 3; ++k) left[k] = cell[k] + source.place[k] - Lattice<D>::c[source.direction][k];
         link.box = layout_.box_of(left);
         if (link.box >= 0) return from_there(link, source, box);
+        link.from = static_cast<std::uint8_t>(source.direction);
+        if (around_.elsewhere(left) >= 0) return link;
         link.box = box;
-        link.patch = solids_.at(left);
+        link.patch = around_.solid_at(left);
         return from_here(link, {Lattice<D>::opposite[q], {-c[0], -c[1], -c[2]}});
     }
     static Entrance from_here(Entrance link, Source const& source)
@@ -170,8 +190,9 @@ class EntranceFinder
 
     Walls const& walls_;
     Layout const& layout_;
-    Solids const& solids_;
+    Surroundings const& around_;
     std::vector<Entrance> links_;
+    std::vector<Crossing> crossings_;
 };
 
 //! For each direction 2 e+(rho of the opening) + (2 - s) (f+ - e+(rho)) of a cell, + the even part, e the shifted
@@ -215,13 +236,13 @@ double absorbed(Boundary const& side, double excess, double u, double& incoming,
 }  // namespace
 
 template <int D>
-Entrances find_entrances(Walls const& walls, Layout const& layout, Solids const& solids)
+Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings const& around)
 {
     Entrances all;
-    EntranceFinder<D> finder(walls, layout, solids);
+    EntranceFinder<D> finder(walls, layout, around);
     std::map<std::size_t, std::vector<std::uint32_t>> alike;  // by number of links
     for (std::ptrdiff_t r = 0; r < layout.rows(); ++r) {
-        auto links = finder.of_row(layout.row(r));
+        auto links = finder.of_row(r);
         auto& candidates = alike[links.size()];
         auto const found = std::find_if(candidates.rbegin(), candidates.rend(),
                                         [&](std::uint32_t kind) { return all.kinds[kind] == links; });
@@ -233,6 +254,7 @@ Entrances find_entrances(Walls const& walls, Layout const& layout, Solids const&
         all.kind_of.push_back(candidates.back());
         all.kinds.push_back(std::move(links));
     }
+    all.crossings = finder.crossings();
     return all;
 }
 
@@ -295,8 +317,8 @@ void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls, Incom
         }
 }
 
-template Entrances find_entrances<2>(Walls const&, Layout const&, Solids const&);
-template Entrances find_entrances<3>(Walls const&, Layout const&, Solids const&);
+template Entrances find_entrances<2>(Walls const&, Layout const&, Surroundings const&);
+template Entrances find_entrances<3>(Walls const&, Layout const&, Surroundings const&);
 template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, Slots<2, double> const&, Walls const&);
 template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, Slots<2, float> const&, Walls const&);
 template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, Slots<3, double> const&, Walls const&);

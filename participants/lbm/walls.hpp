@@ -44,11 +44,23 @@ struct Entrance
     bool operator==(Entrance const&) const = default;
 };
 
+//! Populations of one direction that enter cells side by side in a row from a part of the lattice that another process
+//! has.
+struct Crossing
+{
+    std::int32_t row;         //!< of this process
+    std::uint8_t into, from;  //!< directions
+    std::int32_t x, cells;    //!< first cell, in the row
+    std::int32_t box;         //!< of the whole lattice, where they are
+    Extent left;              //!< the cell of the lattice that the first of them left; the next ones follow along x
+};
+
 //! Of all rows. Most rows have the same links as others.
 struct Entrances
 {
     std::vector<std::vector<Entrance>> kinds;
     std::vector<std::uint32_t> kind_of;  //!< for each row
+    std::vector<Crossing> crossings;     //!< of all rows, by row
 
     std::vector<Entrance> const& of_row(std::ptrdiff_t r) const { return kinds[kind_of[static_cast<std::size_t>(r)]]; }
 };
@@ -69,16 +81,17 @@ struct Walls
     }
 };
 
-//! What links need to know of solids at rest.
-struct Solids
+//! What links need to know of solids at rest, and of cells that are not stored here.
+struct Surroundings
 {
-    std::function<std::int32_t(Extent const&)> at;  //!< the solid of a cell that is not stored
-    std::function<bool(Extent const&)> cover;       //!< whether they cover a cell wholly: nothing flows into it
+    std::function<std::int32_t(Extent const&)> solid_at;   //!< the solid of a cell that is not stored
+    std::function<bool(Extent const&)> cover;              //!< whether they cover a cell wholly: nothing flows into it
+    std::function<std::int32_t(Extent const&)> elsewhere;  //!< the whole lattice's box that has a cell; -1: none
 };
 
 //! The links of all rows of a layout.
 template <int D>
-Entrances find_entrances(Walls const& walls, Layout const& layout, Solids const& solids);
+Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings const& around);
 
 //! Rewrites the populations that enter a row from outside of its box, before the row collides, from the one that left
 //! into a ghost cell: into that of the box that it left. Cells that are not stored throw it back half-way. A wall or an

@@ -80,6 +80,21 @@ std::vector<Row> everyone(Peers& peers, Row const& mine)
     return rows;
 }
 
+//! The rows of all, by rank, on process 0; elsewhere they stay as they are.
+template <class Row>
+void join_on_first(Peers& peers, std::vector<Row>& rows)
+{
+    std::vector<Bytes> out(static_cast<std::size_t>(peers.count()));
+    out[0] = to_bytes(rows);
+    auto const in = peers.all_to_all(std::move(out));
+    if (peers.rank() != 0) return;
+    rows.clear();
+    for (Bytes const& bytes : in) {
+        auto const some = rows_of<Row>(bytes);
+        rows.insert(rows.end(), some.begin(), some.end());
+    }
+}
+
 //! The rows that process 0 has, for all.
 template <class Row>
 std::vector<Row> from_first(Peers& peers, std::vector<Row> const& rows)

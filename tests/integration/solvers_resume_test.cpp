@@ -168,13 +168,14 @@ Case immersed(std::string const& threads = "1", std::string const& more = "")
             more};
 }
 
-//! The same with two processes of the grains, started by the command; without sums over processes, whose rounding a
+//! The same with two processes of each, started by the command; without sums over processes, whose rounding a
 //! checkpoint changes.
 Case shared(std::string const& more = "")
 {
     return {"immersed_column.yaml",
-            {{"grains:0", ""}, {"grains:1", ""}, {"water", ""}},
-            {"time.end=0.004", "participants.grains.ranks=2", "participants.grains.config.column.count=60",
+            {{"grains:0", ""}, {"grains:1", ""}, {"water:0", ""}, {"water:1", ""}},
+            {"time.end=0.004", "participants.grains.ranks=2", "participants.water.ranks=2",
+             "participants.grains.config.column.count=60",
              "participants.grains.config.measures=[run_out, contacts, centre, impulse]",
              "participants.water.config.cell=2.0e-4", "participants.water.config.domain.size=[0.04, 0.02]",
              "output.interval=0.0005", "output.series=0.0001", "checkpoint.windows=1"},
@@ -408,7 +409,9 @@ TEST_CASE("immersed column: run by the command, stopped by SIGTERM and resumed b
     CHECK(std::filesystem::exists(c.out("stopped") / "series.csv"));
 }
 
-TEST_CASE("immersed column, grains of two processes: stopped or killed and resumed by the command, the same bits")
+TEST_CASE(
+    "immersed column, grains and water of two processes each: stopped or killed and resumed by the command, the same "
+    "bits")
 {
     for (std::string const more : {"", "implicit:\n  - {participants: [grains, water], tolerance: {load: 1.0e-4}}\n"}) {
         CAPTURE(more);
@@ -419,7 +422,7 @@ TEST_CASE("immersed column, grains of two processes: stopped or killed and resum
         c.wait_for_checkpoint("cut", 5);
         stopped->signal(SIGTERM);
         REQUIRE(stopped->wait(patience).exit == static_cast<int>(sluice::Exit::stopped));
-        for (std::string const victim : {"grains:1", "water", "grains:0"}) {
+        for (std::string const victim : {"grains:1", "water:1", "water:0", "grains:0"}) {
             CAPTURE(victim);
             auto const before = c.checkpoint("cut");
             auto running = c.resume("cut");

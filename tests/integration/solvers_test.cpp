@@ -198,6 +198,69 @@ TEST_CASE("immersed column: two and three processes that share the grains leave 
     }
 }
 
+TEST_CASE("water of several processes leaves the bytes of one, whatever the grains' processes and the transport")
+{
+    in_threads::Scratch scratch;
+    auto const compare = [&](std::string const& name, std::vector<std::string> const& settings,
+                             std::vector<std::vector<std::string>> const& others, std::string const& fluid) {
+        auto const started = [&](std::string const& out, std::vector<std::string> const& more) {
+            auto all = settings;
+            all.insert(all.end(), more.begin(), more.end());
+            REQUIRE(run(configs / name, scratch.path() / out, all).exit == 0);
+            return scratch.path() / out;
+        };
+        auto const one = started("one", {});
+        for (auto const& how : others) {
+            CAPTURE(how[0]);
+            auto const many = started("many", how);
+            auto const table = one / (fluid + ".csv");
+            CHECK(read_table(table).at("time [s]").size() > 2);
+            CHECK(same_bytes(table, many / table.filename()));
+            for (auto const& entry : std::filesystem::recursive_directory_iterator(one / fluid))
+                CHECK(same_bytes(entry.path(), many / fluid / entry.path().filename()));
+            std::filesystem::remove_all(many);
+        }
+        std::filesystem::remove_all(one);
+    };
+    auto const ranks = [](std::string const& who, int count) {
+        return "participants." + who + ".ranks=" + std::to_string(count);
+    };
+    std::string const two = ranks("water", 2), three = ranks("water", 3), grains = ranks("grains", 2);
+    compare("immersed_column.yaml", small(), {{two}, {three}, {two, grains}, {two, grains, "transport=mpi"}}, "water");
+    compare("immersed_column.yaml", small({"participants.water.config.precision=single", "output.coarsen=3"}),
+            {{three}}, "water");
+    std::vector<std::string> const brief{"time.end=0.02", "output.interval=0.01", "output.series=0.002"};
+    compare("settling_sphere.yaml", brief, {{ranks("oil", 2)}, {ranks("oil", 3)}}, "oil");
+    compare("channel_cylinder.yaml", brief, {{ranks("fluid", 2)}, {ranks("fluid", 3)}}, "fluid");
+}
+
+TEST_CASE("water of several processes that blows up in one of them: all stop, with cell and time, and a summary")
+{
+    in_threads::Scratch scratch;
+    auto const scene = scratch.path() / "cavity.yaml";
+    std::ofstream(scene) << R"(sluice: 1
+dimension: 2
+time: {end: 1.0}
+gravity: [0, 0]
+participants:
+  water:
+    solver: lbm
+    ranks: 2
+    config:
+      domain: {origin: [0, 0], size: [0.1, 0.1]}
+      cell: 1.0e-3
+      viscosity: 1.0e-6
+      step: 5.0e-5
+      walls: {left: no_slip, right: no_slip, bottom: no_slip, top: {velocity: 2.4}}
+)";
+    auto const result =
+        shell::run({sluice_command, "run", scene, "--out", scratch.path() / "out"}, scratch.path() / "output", 60);
+    CHECK(result.exit == static_cast<int>(sluice::Exit::numerical));
+    for (auto const* said : {"\"water:1\" stopped in window", "speed must stay below 8 m/s", "compute s"})
+        CHECK_MESSAGE(result.output.find(said) != std::string::npos, result.output);
+    CHECK_MESSAGE(result.output.find("bug") == std::string::npos, result.output);
+}
+
 TEST_CASE("grains of several processes: what cannot be shared is refused, with the reason")
 {
     in_threads::Scratch scratch;
@@ -217,7 +280,7 @@ TEST_CASE("grains of several processes: what cannot be shared is refused, with t
     refused({"participants.grains.config.sleep={speed: 1.0e-5, time: 0.005}"},
             "dem: grains that may sleep cannot be shared");
     refused({"on-death=restart", "checkpoint={windows: 10}"},
-            "dem: on-death: restart with grains of 2 processes that are coupled");
+            "grains: on-death: restart with 2 processes that are coupled");
 }
 
 TEST_CASE("a fluid that does not resolve: scenes without one of the two edges, or one of their blocks, are refused")

@@ -85,7 +85,8 @@ TEST_CASE("coverage: discs across periodic sides keep their area, beyond walls i
     for (bool const periodic : {true, false}) {
         sluice::Team team(2);
         lbm::Layout const layout({20, 16, 1});
-        lbm::Coverage<2> coverage(layout, {periodic, periodic});
+        lbm::Domain<2> const domain(layout, nullptr);
+        lbm::Coverage<2> coverage(domain, {periodic, periodic});
         std::vector<lbm::Body<2>> const discs = {{{-0.3, 15.7}, 4.2, {}}, {{39.9, 8.1}, 3, {}}};
         coverage.update(discs, team);
         double sum = 0;

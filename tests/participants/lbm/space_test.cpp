@@ -79,7 +79,8 @@ Distance from_plain(Scene const& scene, lbm::Precision precision)
     PlainSpace plain(c);
     sluice::Team team(1);
     lbm::Layout const layout(c.cells());
-    lbm::Coverage<3> coverage(layout, scene.periodic);
+    lbm::Domain<3> const domain(layout, nullptr);
+    lbm::Coverage<3> coverage(domain, scene.periodic);
     fast.set_state([](std::array<double, 3> const& at) {
         auto const [x, y, z] = at;
         return lbm::PointState<3>{
@@ -143,7 +144,8 @@ TEST_CASE("space: the fractions of a sphere are those of its cells, and add up t
     std::uniform_real_distribution<double> uniform(0, 1);
     for (double const radius : {0.3, 1.0, 2.5, 4.7, 9.2}) {
         lbm::Layout const layout({32, 30, 28});
-        lbm::Coverage<3> coverage(layout, {});
+        lbm::Domain<3> const domain(layout, nullptr);
+        lbm::Coverage<3> coverage(domain, {});
         lbm::Body<3> const sphere{{15 + uniform(random), 14 + uniform(random), 13 + uniform(random)}, radius, {}};
         coverage.update(std::vector{sphere}, team);
         double sum = 0, worst = 0;

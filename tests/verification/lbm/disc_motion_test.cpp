@@ -54,7 +54,8 @@ lbm::Patch<2> around_a_hole(std::ptrdiff_t side, double radius)
     double const centre = 0.5 * static_cast<double>(side);
     sluice::Team team(1);
     lbm::Layout const layout({side, side, 1});
-    lbm::Coverage<2> hole(layout, {});
+    lbm::Domain<2> const domain(layout, nullptr);
+    lbm::Coverage<2> hole(domain, {});
     hole.update(std::vector<lbm::Body<2>>{{{centre, centre}, radius, {}}}, team);
     std::vector<double> wall(static_cast<std::size_t>(side * side), 1.0);
     for (lbm::Strip<2> const& s : hole.strips().first(hole.of_body(0)[1]))

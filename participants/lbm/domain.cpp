@@ -1,0 +1,70 @@
+#include "participants/lbm/domain.hpp"
+
+#include <string>
+#include <utility>
+
+#include "coupler/base/error.hpp"
+
+namespace lbm {
+namespace {
+
+//! Of each layer across an axis.
+std::vector<std::ptrdiff_t> cells_of_layers(Layout const& layout, std::size_t axis)
+{
+    std::vector<std::ptrdiff_t> cells(static_cast<std::size_t>(layout.cells()[axis]));
+    for (Box const& box : layout.boxes())
+        for (std::ptrdiff_t k = 0; k < box.size[axis]; ++k)
+            cells[static_cast<std::size_t>(box.first[axis] + k)] += box.cells() / box.size[axis];
+    return cells;
+}
+
+}  // namespace
+
+Slabs::Slabs(Layout const& whole, std::size_t axis, int count)
+{
+    auto const cells = cells_of_layers(whole, axis);
+    std::vector<std::ptrdiff_t> filled;  // layers
+    for (std::size_t k = 0; k < cells.size(); ++k)
+        if (cells[k] > 0) filled.push_back(static_cast<std::ptrdiff_t>(k));
+    auto const layers = static_cast<std::ptrdiff_t>(filled.size());
+    sluice::require(count <= layers, [&] {
+        return sluice::Error("fluid: " + std::to_string(count) + " processes for a lattice of " +
+                             std::to_string(layers) + " layers of cells along " + "xyz"[axis] +
+                             " (needed: one layer or more for each). Give fewer ranks.");
+    });
+    cut_.push_back(0);
+    std::ptrdiff_t next = 0, below = 0;  // layer of `filled`; cells in those before
+    for (int rank = 1; rank < count; ++rank) {
+        double const wanted = static_cast<double>(whole.stored()) * rank / count;
+        std::ptrdiff_t const last = layers - (count - rank);  // leaves one for each that follows
+        do below += cells[static_cast<std::size_t>(filled[static_cast<std::size_t>(next++)])];
+        while (next < last &&
+               static_cast<double>(below + cells[static_cast<std::size_t>(filled[static_cast<std::size_t>(next)])] /
+                                               2) < wanted);
+        cut_.push_back(filled[static_cast<std::size_t>(next)]);
+    }
+    cut_.push_back(whole.cells()[axis]);
+}
+
+template <int D>
+Domain<D>::Domain(Layout whole, ranks::Peers* peers)
+    : peers_(peers), whole_(std::move(whole)), slabs_(whole_, D - 1, peers ? peers->count() : 1)
+{
+    std::vector<Box> boxes;
+    for (std::size_t b = 0; b < whole_.boxes().size(); ++b) {
+        Box box = whole_.boxes()[b];
+        std::ptrdiff_t& first = box.first[D - 1];
+        std::ptrdiff_t const last = std::min(first + box.size[D - 1], end());
+        first = std::max(first, begin());
+        box.size[D - 1] = last - first;
+        if (first >= last) continue;
+        boxes.push_back(box);
+        origin_.push_back(static_cast<std::int64_t>(b));
+    }
+    if (peers_) own_.emplace(whole_.cells(), std::move(boxes));
+}
+
+template class Domain<2>;
+template class Domain<3>;
+
+}  // namespace lbm

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coupler/record/archive.hpp"
+#include "coupler/record/image_series.hpp"
+#include "coupler/record/run_names.hpp"
+#include "coupler/record/table.hpp"
+#include "participants/lbm/solver.hpp"
+
+namespace lbm {
+
+//! One row of the time series, SI.
+template <int D>
+struct Measured
+{
+    double max_speed, mass;
+    std::array<double, D> momentum;
+    std::array<double, D> impulse;  //!< what the fluid gave to all grains in the last window [N s]
+    std::vector<double> on_solids;  //!< mean force on each solid at rest in that window [N]
+};
+
+//! What a run leaves behind: ParaView series, HDF5 archive, time series. The layout is in README.md.
+template <int D>
+class Recorder
+{
+ public:
+    //! A resumed run goes on with what is there up to `resumed_at` [s].
+    Recorder(sluice::RunNames const& names, Config const& config, int coarsen,
+             std::optional<double> resumed_at = std::nullopt);
+    //! Right after the constructor: what the archive lacks of the earlier part of a resumed run; empty: nothing.
+    std::string remark() const { return archive_.remark(series_.frames()); }
+
+    void picture(double time, Fields const& fields);
+    void row(double time, Measured<D> const& now);
+    void close() { archive_.close(); }
+
+ private:
+    sluice::Lattice lattice_;
+    sluice::ImageSeries series_;
+    sluice::Archive archive_;
+    sluice::Table table_;
+};
+
+}  // namespace lbm

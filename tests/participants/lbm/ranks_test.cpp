@@ -1,0 +1,268 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "coupler/base/error.hpp"
+#include "participants/lbm/solver.hpp"
+#include "tests/support/contains.hpp"
+#include "tests/support/thread_peers.hpp"
+
+//! A lattice that several processes share gives the bits of one. Lattice units.
+namespace {
+
+template <int D>
+lbm::Config config(std::array<double, 3> const& size)
+{
+    lbm::Config c;
+    c.dimension = D;
+    c.cell = c.step = c.density = 1;
+    c.viscosity = 0.02;
+    c.size = size;
+    c.acceleration = {1e-6, -2e-6, D == 3 ? 3e-6 : 0.0};
+    return c;
+}
+
+lbm::Solid block(std::array<double, 3> const& low, std::array<double, 3> const& high)
+{
+    lbm::Solid solid;
+    solid.name = "block";
+    solid.shape = lbm::Solid::Shape::box;
+    for (std::size_t k = 0; k < 3; ++k) {
+        solid.centre[k] = 0.5 * (low[k] + high[k]);
+        solid.size[k] = high[k] - low[k];
+    }
+    return solid;
+}
+
+lbm::Solid ball(std::array<double, 3> const& centre, double radius)
+{
+    lbm::Solid solid;
+    solid.name = "ball";
+    solid.centre = centre;
+    solid.radius = radius;
+    return solid;
+}
+
+//! Bodies that move across the lattice, in all directions, some across its sides; from step 5 on there is one more, which
+//! comes first.
+template <int D>
+struct Bodies
+{
+    std::vector<double> position, velocity, spin, radius;
+    std::vector<std::uint64_t> id;
+
+    Bodies(lbm::Config const& c, int step)
+    {
+        constexpr std::size_t most = 4;
+        for (std::size_t i = step < 5 ? 1 : 0; i < most; ++i) {
+            for (std::size_t k = 0; k < D; ++k) {
+                double const v = 0.03 * std::cos(1.7 * static_cast<double>(i) + 2.1 * static_cast<double>(k));
+                double const start = c.size[k] * (0.04 + 0.3 * static_cast<double>(i));
+                position.push_back(start + v * step);
+                velocity.push_back(v);
+            }
+            for (std::size_t k = 0; k < lbm::spins<D>; ++k) spin.push_back(0.002 * static_cast<double>(i + k));
+            radius.push_back(1.6 + 0.4 * static_cast<double>(i));
+            id.push_back(7 * (most - i));
+        }
+    }
+};
+
+//! All that partners and pictures see of a run: loads of every step, and now and then measures and pictures.
+using Trace = std::vector<double>;
+
+template <int D>
+void look(lbm::Solver<D>& solver, bool first, Trace& trace)
+{
+    auto const add = [&](auto const& numbers) { trace.insert(trace.end(), numbers.begin(), numbers.end()); };
+    add(std::array{solver.mass(), solver.max_speed()});
+    add(solver.momentum());
+    for (int const coarsen : {1, 3}) {
+        auto const fields = solver.fields(coarsen);
+        if (!first) continue;
+        for (auto const& values : {fields.velocity, fields.pressure, fields.vorticity, fields.solid_fraction})
+            add(values);
+    }
+}
+
+struct Scene
+{
+    std::string what;
+    lbm::Config config;
+    bool bodies = true;
+};
+
+template <int D>
+void run(lbm::Solver<D>& solver, Scene const& scene, int from, int to, bool first, Trace& trace)
+{
+    auto const add = [&](std::span<double const> numbers) {
+        trace.insert(trace.end(), numbers.begin(), numbers.end());
+    };
+    for (int k = from; k < to; ++k) {
+        if (scene.bodies) {
+            Bodies<D> const bodies(scene.config, k);
+            solver.set_bodies({bodies.position, bodies.velocity, bodies.spin, bodies.radius, bodies.id});
+        }
+        solver.step();
+        add(solver.loads().force);
+        add(solver.loads().torque);
+        add(solver.solid_loads().force);
+        add(solver.solid_loads().torque);
+        if (k % 9 == 4) look(solver, first, trace);
+    }
+}
+
+template <int D>
+void set_flow(lbm::Solver<D>& solver)
+{
+    solver.set_state([](std::array<double, D> const& at) {
+        lbm::PointState<D> state;
+        for (std::size_t k = 0; k < D; ++k) state.velocity[k] = 0.02 * std::sin(0.3 * at[(k + 1) % D] + 0.7);
+        state.pressure = 1e-3 * std::cos(0.2 * at[0] + 0.4 * at[1]);
+        return state;
+    });
+}
+
+constexpr int steps = 30, middle = 14;
+
+template <int D>
+Trace alone(Scene const& scene)
+{
+    Trace trace;
+    lbm::Solver<D> solver(scene.config);
+    set_flow(solver);
+    run(solver, scene, 0, steps, true, trace);
+    return trace;
+}
+
+//! The first process's trace. Halfway each process goes back by some steps, with populations under way, and then hands
+//! over to another solver.
+template <int D>
+Trace shared(Scene const& scene, int processes)
+{
+    Trace trace;
+    unit::on_processes(processes, [&](ranks::Peers& peers) {
+        bool const first = peers.rank() == 0;
+        Trace mine, dropped;
+        sluice::State kept, later;
+        {
+            lbm::Solver<D> solver(scene.config, &peers);
+            set_flow(solver);
+            run(solver, scene, 0, middle, first, mine);
+            solver.keep(kept);
+            run(solver, scene, middle, middle + 3, first, dropped);
+            solver.restore(kept);
+            run(solver, scene, middle, middle + 2, first, mine);
+            solver.keep(later);
+        }
+        lbm::Solver<D> solver(scene.config, &peers);
+        solver.restore(later);
+        run(solver, scene, middle + 2, steps, first, mine);
+        if (first) trace = mine;
+    });
+    return trace;
+}
+
+std::vector<Scene> plane_scenes()
+{
+    std::vector<Scene> scenes;
+    auto box = config<2>({30, 24, 0});
+    box.walls[lbm::upper_y].velocity = {0.05, 0, 0};
+    scenes.push_back({"closed box under a lid", box});
+    auto periodic = config<2>({30, 24, 0});
+    for (std::size_t k = 0; k < 2; ++k) periodic.set_periodic(k);
+    periodic.precision = lbm::Precision::float32;
+    scenes.push_back({"periodic, in floats", periodic});
+    auto channel = config<2>({40, 22, 0});
+    channel.walls[lbm::left] = {.kind = lbm::Border::inflow, .velocity = {0.05, 0, 0}, .parabola = true};
+    channel.walls[lbm::right] = {.kind = lbm::Border::pressure, .absorbing = true};
+    channel.solids = {ball({15, 9, 0}, 4)};
+    scenes.push_back({"channel", channel});
+    auto shaft = config<2>({20, 30, 0});
+    shaft.walls[lbm::left].kind = lbm::Border::slip;
+    shaft.walls[lbm::lower_y] = {.kind = lbm::Border::inflow, .velocity = {0, 0.05, 0}};
+    shaft.walls[lbm::upper_y] = {.kind = lbm::Border::pressure, .absorbing = true};
+    scenes.push_back({"shaft with a side without friction", shaft});
+    auto bent = config<2>({160, 120, 0});
+    bent.solids = {block({0, 100.3, 0}, {160, 120, 0}), block({0, 0, 0}, {100, 90, 0}),
+                   block({110, 30, 0}, {160, 101, 0}), block({99, 0, 0}, {160, 20, 0})};
+    scenes.push_back({"bent channel in deep solid", bent});
+    auto turning = config<2>({26, 24, 0});
+    turning.rotation = sluice::Rotation{.point = {3, 40, 0}, .rate = 1e-3};
+    turning.hydrostatic = true;
+    turning.smagorinsky = 0.1;
+    scenes.push_back({"in a frame that turns", turning});
+    return scenes;
+}
+
+std::vector<Scene> scenes_in_space()
+{
+    std::vector<Scene> scenes;
+    auto periodic = config<3>({14, 12, 16});
+    for (std::size_t k = 0; k < 3; ++k) periodic.set_periodic(k);
+    periodic.collision = lbm::Operator::trt;
+    scenes.push_back({"periodic", periodic});
+    auto duct = config<3>({12, 14, 18});
+    duct.walls[lbm::lower_z] = {.kind = lbm::Border::inflow, .velocity = {0, 0, 0.04}, .parabola = true};
+    duct.walls[lbm::upper_z] = {.kind = lbm::Border::pressure};
+    duct.walls[lbm::lower_y].kind = lbm::Border::slip;
+    duct.solids = {ball({5, 6, 9}, 3)};
+    duct.precision = lbm::Precision::float32;
+    scenes.push_back({"duct", duct});
+    auto basin = config<3>({26, 24, 30});
+    basin.solids = {block({0, 0, 0}, {26, 24, 14.5}), block({12, 0, 14}, {26, 24, 30})};
+    scenes.push_back({"basin in deep solid", basin});
+    return scenes;
+}
+
+template <int D>
+void check(std::vector<Scene> const& scenes, std::vector<int> const& processes)
+{
+    for (Scene const& scene : scenes) {
+        CAPTURE(scene.what);
+        auto const one = alone<D>(scene);
+        for (int const count : processes) {
+            CAPTURE(count);
+            auto const many = shared<D>(scene, count);
+            REQUIRE(many.size() == one.size());
+            CHECK(std::mismatch(one.begin(), one.end(), many.begin()).first == one.end());
+        }
+    }
+}
+
+}  // namespace
+
+TEST_CASE("ranks: a lattice in the plane that processes share gives the bits of one")
+{
+    check<2>(plane_scenes(), {2, 3, 20});
+}
+
+TEST_CASE("ranks: a lattice in space that processes share gives the bits of one")
+{
+    check<3>(scenes_in_space(), {2, 3, 7});
+}
+
+TEST_CASE("ranks: what processes cannot share is refused")
+{
+    auto const refused = [](lbm::Config const& c, int processes) {
+        std::string text;
+        try {
+            unit::on_processes(processes, [&](ranks::Peers& peers) { lbm::Solver<2> const solver(c, &peers); });
+        } catch (sluice::Error const& e) {
+            text = e.what();
+        }
+        return text;
+    };
+    auto c = config<2>({9, 6, 0});
+    CHECK(refused(c, 6).empty());
+    CHECK(contains(refused(c, 7), "7 processes for a lattice of 6 layers of cells along y"));
+    auto surfaces = c;
+    surfaces.surface = lbm::Surface::interpolated;
+    CHECK(contains(refused(surfaces, 2), "grains: interpolated with 2 processes"));
+    auto fine = c;
+    fine.phase = lbm::PhaseConfig{.diameter = 0.1, .solid_density = 2};
+    CHECK(contains(refused(fine, 2), "(phase) with 2 processes"));
+}
