@@ -1,6 +1,7 @@
 #include "participants/lbm/coupling.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -71,47 +72,43 @@ BodiesView bodies_of(sluice::Kinematics const& k)
     return {k.position, k.velocity, k.angular_velocity, k.radius, ids};
 }
 
-//! The grains, of which partners tell the first process, for all.
-template <int D>
+//! What partners tell the first process, for all.
+template <class Data>
 class KnownToAll
 {
  public:
     explicit KnownToAll(ranks::Peers* peers) : peers_(peers) {}
 
     //! The same for all processes; valid until the next call. `told`: what this one was told.
-    sluice::Kinematics share(sluice::Kinematics const& told)
+    Data share(Data const& told)
     {
         if (!peers_) return told;
-        std::vector<Row> rows;
-        for (std::size_t i = 0; i < told.id.size(); ++i) {
-            Row row{.id = told.id[i], .position = {}, .velocity = {}, .spin = {}, .radius = told.radius[i]};
-            std::copy_n(told.position.begin() + static_cast<std::ptrdiff_t>(D * i), D, row.position);
-            std::copy_n(told.velocity.begin() + static_cast<std::ptrdiff_t>(D * i), D, row.velocity);
-            std::copy_n(told.angular_velocity.begin() + static_cast<std::ptrdiff_t>(spins<D> * i), spins<D>, row.spin);
-            rows.push_back(row);
+        auto const columns = told.columns();
+        std::vector<double> numbers{static_cast<double>(told.id.size())};  // of ids the bits, as many of each column
+        for (std::int64_t const id : told.id) numbers.push_back(std::bit_cast<double>(id));
+        for (auto const& column : columns) {
+            numbers.push_back(static_cast<double>(column.size()));
+            numbers.insert(numbers.end(), column.begin(), column.end());
         }
+        numbers_ = ranks::from_first(*peers_, numbers);
+        auto const* at = numbers_.data();
+        auto const next = [&] {
+            auto const count = static_cast<std::size_t>(*at++);
+            std::span const part{at, count};
+            at += count;
+            return part;
+        };
         id_.clear();
-        for (auto* v : {&position_, &velocity_, &spin_, &radius_}) v->clear();
-        for (Row const& row : ranks::from_first(*peers_, rows)) {
-            id_.push_back(row.id);
-            position_.insert(position_.end(), row.position, row.position + D);
-            velocity_.insert(velocity_.end(), row.velocity, row.velocity + D);
-            spin_.insert(spin_.end(), row.spin, row.spin + spins<D>);
-            radius_.push_back(row.radius);
-        }
-        return {id_, position_, velocity_, spin_, radius_};
+        for (double const bits : next()) id_.push_back(std::bit_cast<std::int64_t>(bits));
+        std::vector<std::span<double const>> all;
+        for (std::size_t c = 0; c < columns.size(); ++c) all.push_back(next());
+        return Data::from(id_, all);
     }
 
  private:
-    struct Row
-    {
-        std::int64_t id;
-        double position[D], velocity[D], spin[spins<D>], radius;
-    };
-
     ranks::Peers* peers_;
     std::vector<std::int64_t> id_;
-    std::vector<double> position_, velocity_, spin_, radius_;
+    std::vector<double> numbers_;
 };
 
 //! Solids finer than a cell: where they are at the start of a window, and the mean force on them in it.
@@ -119,7 +116,8 @@ template <int D>
 class PhaseEdge
 {
  public:
-    explicit PhaseEdge(sluice::Participant& self) : self_(self), receivers_(self.receivers("body_force"))
+    PhaseEdge(sluice::Participant& self, ranks::Peers* peers)
+        : self_(self), receivers_(self.receivers("body_force")), known_(peers)
     {
         auto const senders = self.senders("phase");
         sluice::require(senders.size() <= 1, [] {
@@ -132,19 +130,21 @@ class PhaseEdge
     void begin(sluice::Window const& window, std::int64_t steps, Solver<D>& solver)
     {
         auto sampled = self_.read<sluice::SolidPhase>(from_, window);
-        auto const points = sampled.at(window.begin);
+        auto const points = known_.share(sampled.at(window.begin));
         id_.assign(points.id.begin(), points.id.end());
         solver.set_phase({points.id, points.position, points.velocity, points.solid_volume}, steps);
     }
     void tell(Solver<D>& solver)
     {
-        for (auto const& to : receivers_) self_.write(to, sluice::BodyForce{id_, solver.phase_force()});
+        for (auto const& to : receivers_)
+            self_.write(to, self_.rank() == 0 ? sluice::BodyForce{id_, solver.phase_force()} : sluice::BodyForce{});
     }
 
  private:
     sluice::Participant& self_;
     std::vector<std::string> receivers_;
     std::string from_;
+    KnownToAll<sluice::SolidPhase> known_;
     std::vector<std::int64_t> id_;
 };
 
@@ -239,8 +239,8 @@ void run(sluice::Participant& self, Config const& config)
         return sluice::Error("lbm: kinematics from more than one participant (at most one sends them).");
     });
 
-    PhaseEdge<D> phase(self);
-    KnownToAll<D> known(peers.get());
+    PhaseEdge<D> phase(self, peers.get());
+    KnownToAll<sluice::Kinematics> known(peers.get());
     MeanLoad<D> load;
     std::vector<double> on_solids(D * config.solids.size());  // mean force of a window
     auto tell = [&] {

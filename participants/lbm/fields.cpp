@@ -153,7 +153,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
         double const fluid = 1 - share * row.fraction[x];
         typename Phase<D>::Cell fine;
         double const rho = 1 + row.excess[x];
-        if (phase_) fine = phase_->cell(static_cast<std::size_t>(r * layout_.cells()[0]) + x, j, rho);
+        if (phase_) fine = phase_->cell(r, static_cast<std::ptrdiff_t>(x), j, rho);
         if (turning_) turn_with_half(relaxation.turn, j[0], j[1], j[2]);
         for (std::size_t axis = 0; axis < D; ++axis)
             row.velocity[axis][x] =

@@ -36,7 +36,7 @@ std::ptrdiff_t folded(std::ptrdiff_t cell, std::ptrdiff_t cells, bool periodic) 
 }  // namespace
 
 template <int D>
-Phase<D>::Phase(Config const& c)
+Phase<D>::Phase(Config const& c, Domain<D> const& domain)
     : law_{c.phase->law, c.phase->diameter / c.cell, c.viscosity / c.units().viscosity_unit()},
       inertia_(c.phase->solid_density / c.density - (c.phase->matter ? 1 : 0)),
       width_(c.phase->spread),
@@ -45,6 +45,8 @@ Phase<D>::Phase(Config const& c)
       origin_(c.origin),
       cells_(c.cells()),
       periodic_{c.periodic(0), c.periodic(1), c.periodic(2)},
+      domain_(domain),
+      first_row_(domain.begin() * (D == 2 ? 1 : cells_[1])),
       blocks_((cells_[0] + block - 1) / block)
 {
     auto const rows = static_cast<std::size_t>(cells_[1] * cells_[2]), row = static_cast<std::size_t>(cells_[0]);
@@ -94,6 +96,7 @@ void Phase<D>::place(PhaseView const& view, std::int64_t steps)
     points_ = std::move(now);
     id_.assign(view.id.begin(), view.id.end());
     steps_ = steps;
+    gathered_ = 0;
     lay_out();
 }
 
@@ -131,6 +134,108 @@ void Phase<D>::lay_out()
         any_[cell / row] = 1;
         row_blocks_[cell / row * static_cast<std::size_t>(blocks_) + cell % row / block] = 1;
     }
+    find_near();
+}
+
+//! Layers of others that the points near a process reach. They may be less than a hat away.
+template <int D>
+std::vector<std::ptrdiff_t> Phase<D>::border(int rank) const
+{
+    std::ptrdiff_t const n = cells_[D - 1], reach = 2 * width_ - 1;
+    auto const &begin = domain_.slabs().begin(rank), &end = domain_.slabs().end(rank);
+    std::vector<std::ptrdiff_t> layers;
+    for (std::ptrdiff_t k = begin - reach; k < end + reach; ++k) {
+        if (!periodic_[D - 1] && (k < 0 || k >= n)) continue;
+        if (domain_.slabs().owner(wrap(k, n)) != rank) layers.push_back(wrap(k, n));
+    }
+    std::ranges::sort(layers);
+    auto const twice = std::ranges::unique(layers);
+    layers.erase(twice.begin(), twice.end());
+    return layers;
+}
+
+//! The rows with solid of those layers that a process has.
+template <int D>
+std::vector<std::size_t> Phase<D>::rows_of(std::vector<std::ptrdiff_t> const& layers, int owner) const
+{
+    std::ptrdiff_t const in_layer = D == 2 ? 1 : cells_[1];
+    std::vector<std::size_t> rows;
+    for (std::ptrdiff_t const layer : layers)
+        for (std::ptrdiff_t r = layer * in_layer; r < (layer + 1) * in_layer; ++r)
+            if (any_[static_cast<std::size_t>(r)] && domain_.slabs().owner(layer) == owner)
+                rows.push_back(static_cast<std::size_t>(r));
+    return rows;
+}
+
+//! Which points and rows are this process's matter, and what goes to and fro for them.
+template <int D>
+void Phase<D>::find_near()
+{
+    auto const across = static_cast<std::size_t>(2 * width_);
+    near_.clear();
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+        auto const at = at_.begin() + static_cast<std::ptrdiff_t>((i * D + D - 1) * across);
+        if (std::any_of(at, at + static_cast<std::ptrdiff_t>(across),
+                        [&](std::int32_t layer) { return layer >= 0 && domain_.has_layers(layer, layer + 1); }))
+            near_.push_back(i);
+    }
+    std::vector<std::ptrdiff_t> own;
+    for (std::ptrdiff_t layer = domain_.begin(); layer < domain_.end(); ++layer) own.push_back(layer);
+    rows_ = rows_of(own, domain_.rank());
+    borders_.clear();
+    parcels_.clear();
+    auto* const peers = domain_.peers();
+    for (int p = 0; peers && p < peers->count(); ++p) {
+        if (p == domain_.rank()) continue;
+        Border with{rows_of(border(p), domain_.rank()), rows_of(border(domain_.rank()), p)};
+        if (with.out.empty() && with.in.empty()) continue;
+        rows_.insert(rows_.end(), with.in.begin(), with.in.end());
+        std::size_t const row = (1 + D) * static_cast<std::size_t>(cells_[0]);
+        parcels_.push_back({p, std::vector<double>(row * with.out.size()), std::vector<double>(row * with.in.size())});
+        borders_.push_back(std::move(with));
+    }
+}
+
+//! What cells have given up, to and from other processes.
+template <int D>
+void Phase<D>::swap_borders()
+{
+    if (!domain_.peers()) return;
+    auto const each_column = [&](std::size_t row, auto&& visit) {
+        auto const first = static_cast<std::ptrdiff_t>(row) * cells_[0];
+        visit(own_.begin() + first);
+        for (auto& component : given_) visit(component.begin() + first);
+    };
+    for (std::size_t b = 0; b < borders_.size(); ++b) {
+        auto to = parcels_[b].out.begin();
+        for (std::size_t const row : borders_[b].out)
+            each_column(row, [&](auto column) { to = std::copy_n(column, cells_[0], to); });
+    }
+    domain_.peers()->swap(parcels_);
+    for (std::size_t b = 0; b < borders_.size(); ++b) {
+        auto from = parcels_[b].in.begin();
+        for (std::size_t const row : borders_[b].in)
+            each_column(row, [&](auto column) {
+                std::copy_n(from, cells_[0], column);
+                from += cells_[0];
+            });
+    }
+}
+
+//! What points have got in all steps, from those who know to all.
+template <int D>
+void Phase<D>::share_impulses()
+{
+    if (!domain_.peers()) return;
+    struct Got
+    {
+        std::size_t point;
+        Vector impulse;
+    };
+    std::vector<Got> known;
+    for (std::size_t const i : near_) known.push_back({i, points_[i].impulse});
+    for (auto const& some : ranks::of_everyone(*domain_.peers(), known))  // whoever knows a point knows the same
+        for (Got const& got : some) points_[got.point].impulse = got.impulse;
 }
 
 //! each(cell, share of the point) over the cells that a point reaches.
@@ -158,11 +263,10 @@ void Phase<D>::each_cell(std::size_t i, Each&& each) const
 template <int D>
 void Phase<D>::spread()
 {
-    for (std::size_t row = 0; row < any_.size(); ++row)
+    for (std::size_t const row : rows_)
         for (auto& component : given_)
-            if (any_[row])
-                std::fill_n(component.begin() + static_cast<std::ptrdiff_t>(row) * cells_[0], cells_[0], 0.0);
-    for (std::size_t i = 0; i < points_.size(); ++i) {
+            std::fill_n(component.begin() + static_cast<std::ptrdiff_t>(row) * cells_[0], cells_[0], 0.0);
+    for (std::size_t const i : near_) {
         Point const& p = points_[i];
         Vector b;
         for (std::size_t k = 0; k < D; ++k) b[k] = p.volume * (p.velocity[k] + p.other[k]);
@@ -176,11 +280,11 @@ template <int D>
 void Phase<D>::mark(std::ptrdiff_t row, std::vector<char>& blocks) const
 {
     for (std::ptrdiff_t k = 0; k < blocks_; ++k)
-        blocks[static_cast<std::size_t>(k)] |= row_blocks_[static_cast<std::size_t>(row * blocks_ + k)];
+        blocks[static_cast<std::size_t>(k)] |= row_blocks_[static_cast<std::size_t>((first_row_ + row) * blocks_ + k)];
 }
 
 template <int D>
-typename Phase<D>::Cell Phase<D>::cell(std::size_t index, std::array<double, 3> const& j, double rho) const
+typename Phase<D>::Cell Phase<D>::cell_at(std::size_t index, std::array<double, 3> const& j, double rho) const
 {
     Cell cell{.solid = solid_[index]};
     if (cell.solid <= 0) return cell;
@@ -202,7 +306,7 @@ void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff
 {
     using L = Lattice<D>;
     for (std::ptrdiff_t x = begin; x < end; ++x) {
-        auto const index = static_cast<std::size_t>(row * cells_[0] + x);
+        auto const index = index_of(row, x);
         if (solid_[index] <= 0) continue;
         double rho = 1;
         std::array<double, 3> j;
@@ -213,7 +317,7 @@ void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff
             rho += f;
             for (std::size_t k = 0; k < D; ++k) j[k] += L::c[q][k] * f;
         }
-        Cell const c = cell(index, j, rho);
+        Cell const c = cell_at(index, j, rho);
         double& fraction = input.fraction[x];
         double& weight = input.weight[x];
         if (fraction <= 0) weight = 1, input.open[x] = 1;
@@ -229,7 +333,7 @@ template <int D>
 void Phase<D>::take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, SolidRow const& solid)
 {
     for (std::ptrdiff_t x = begin; x < end; ++x) {
-        auto const index = static_cast<std::size_t>(row * cells_[0] + x);
+        auto const index = index_of(row, x);
         if (solid_[index] <= 0) continue;
         double const share = own_[index] / solid_[index], rate = share * solid.force_rate[x];
         for (std::size_t k = 0; k < D; ++k) {
@@ -243,8 +347,10 @@ void Phase<D>::take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrd
 template <int D>
 void Phase<D>::gather(sluice::Team& team)
 {
-    team.share(static_cast<std::ptrdiff_t>(points_.size()), 256, [&](std::ptrdiff_t from, std::ptrdiff_t to) {
-        for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
+    swap_borders();
+    team.share(static_cast<std::ptrdiff_t>(near_.size()), 256, [&](std::ptrdiff_t from, std::ptrdiff_t to) {
+        for (auto n = static_cast<std::size_t>(from); n < static_cast<std::size_t>(to); ++n) {
+            std::size_t const i = near_[n];
             Point& p = points_[i];
             Vector pull{};
             double rate = 0;
@@ -259,6 +365,7 @@ void Phase<D>::gather(sluice::Team& team)
             }
         }
     });
+    if (++gathered_ == steps_) share_impulses();
 }
 
 template <int D>
@@ -303,7 +410,7 @@ void Phase<D>::restore(sluice::State const& kept)
     }
     id_.assign(ids.begin(), ids.end());
     points_ = std::move(points);
-    steps_ = kept.integer("phase/steps");
+    steps_ = gathered_ = kept.integer("phase/steps");
     lay_out();
 }
 

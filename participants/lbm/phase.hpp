@@ -7,6 +7,7 @@
 #include "coupler/base/state.hpp"
 #include "coupler/base/team.hpp"
 #include "participants/lbm/cell_row.hpp"
+#include "participants/lbm/domain.hpp"
 #include "participants/lbm/drag_law.hpp"
 
 namespace lbm {
@@ -41,11 +42,15 @@ struct SolidRowInput
 //! b) with its own b (grains): the sum is E.
 //!
 //! A point is spread by hat functions of `spread` cells, folded back at walls: their sum is 1.
+//!
+//! Of several processes each knows all points, and moves those that reach its cells: with what the others found in the
+//! cells of theirs that such a point reaches as well. Rows are those of Domain::own().
 template <int D>
 class Phase
 {
  public:
-    explicit Phase(Config const& config);
+    //! Keeps the domain's address. The whole lattice is one box.
+    Phase(Config const& config, Domain<D> const& domain);
 
     //! Where the points are now; they stay there for `steps` steps, while their velocities follow E and what else acted
     //! on them before. Throws Error (numerical) for what is not finite or has no volume.
@@ -53,7 +58,7 @@ class Phase
     //! What the cells get of the points as they are now; before a step's rows collide.
     void spread();
 
-    bool reaches(std::ptrdiff_t row) const { return any_[static_cast<std::size_t>(row)] != 0; }
+    bool reaches(std::ptrdiff_t row) const { return any_[static_cast<std::size_t>(first_row_ + row)] != 0; }
     //! Marks the blocks of cells of a row with solid.
     void mark(std::ptrdiff_t row, std::vector<char>& blocks) const;
     //! Adds what the cells [begin, end) of a row hold to the row's solids.
@@ -74,7 +79,10 @@ class Phase
         double solid = 0, weight = 0;
         std::array<double, D> velocity{};
     };
-    Cell cell(std::size_t index, std::array<double, 3> const& j, double rho) const;
+    Cell cell(std::ptrdiff_t row, std::ptrdiff_t x, std::array<double, 3> const& j, double rho) const
+    {
+        return cell_at(index_of(row, x), j, rho);
+    }
 
     void keep(sluice::State& kept) const;
     //! Throws Error (io) for points that no run has.
@@ -94,9 +102,19 @@ class Phase
     };
     static constexpr std::size_t numbers = 1 + 5 * D;  //!< of a point, in a checkpoint
 
+    std::size_t index_of(std::ptrdiff_t row, std::ptrdiff_t x) const
+    {
+        return static_cast<std::size_t>((first_row_ + row) * cells_[0] + x);
+    }
+    Cell cell_at(std::size_t index, std::array<double, 3> const& j, double rho) const;
     template <class Each>
     void each_cell(std::size_t point, Each&& each) const;
     void lay_out();
+    void find_near();
+    std::vector<std::ptrdiff_t> border(int rank) const;
+    std::vector<std::size_t> rows_of(std::vector<std::ptrdiff_t> const& layers, int owner) const;
+    void swap_borders();
+    void share_impulses();
     void require_usable(Point const& point, std::int64_t id) const;
     double mass_of(double volume) const { return volume * inertia_; }
 
@@ -108,9 +126,20 @@ class Phase
     std::array<double, 3> origin_;
     Extent cells_;
     std::array<bool, 3> periodic_;
+    Domain<D> const& domain_;
+    std::ptrdiff_t first_row_;  //!< of this process, in the lattice
     std::vector<std::int64_t> id_;
     std::vector<Point> points_;
-    std::int64_t steps_ = 1;  //!< since place() to the next one
+    std::int64_t steps_ = 1, gathered_ = 0;  //!< since place() to the next one; until now
+    std::vector<std::size_t> near_;          //!< points that reach our cells
+    std::vector<std::size_t> rows_;          //!< of the lattice, with solid, that they reach
+    //! Rows of ours that another process needs, and of it that we need.
+    struct Border
+    {
+        std::vector<std::size_t> out, in;
+    };
+    std::vector<Border> borders_;
+    std::vector<ranks::Parcel> parcels_;  //!< for each border
     //! Of the hat functions around a point, [point][axis][2 width]: the cell, and the share.
     std::vector<std::int32_t> at_;
     std::vector<double> share_;

@@ -101,10 +101,9 @@ Config const& checked(Config const& config)
 
 void require_shareable(Config const& config, int processes)
 {
-    require(processes == 1 || (!config.phase && config.surface == Surface::covered), [&] {
-        return Error(std::string("fluid: ") +
-                     (config.phase ? "solids finer than a cell (phase)" : "grains: interpolated") + " with " +
-                     std::to_string(processes) + " processes (needed: one). Give ranks: 1, and threads.");
+    require(processes == 1 || config.surface == Surface::covered, [&] {
+        return Error("fluid: grains: interpolated with " + std::to_string(processes) +
+                     " processes (needed: one). Give ranks: 1, and threads.");
     });
 }
 
@@ -129,7 +128,7 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
     list_rim();
     list_still_rows();
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
-    if (config_.phase) phase_.emplace(config_);
+    if (config_.phase) phase_.emplace(config_, domain_);
     if (config_.surface == Surface::interpolated) links_.emplace(config_.cells(), walls_.periodic());
     find_field();
 }

@@ -83,7 +83,7 @@ class Solver
     void set_bodies(BodiesView const& bodies);  //!< where they are at the start of the next step
     //! Solids finer than a cell, for the next `steps` steps; the configuration has a `phase`.
     void set_phase(PhaseView const& points, std::int64_t steps) { phase_->place(points, steps); }
-    std::span<double const> phase_force() { return phase_->force(); }  //!< on each since then [N], mean; [point][D]
+    std::span<double const> phase_force() { return phase_->force(); }  //!< on each in these [N], mean; [point][D]
     void set_state(std::function<PointState<D>(std::array<double, D> const& at)> const& state);
     void step();  //!< one time_step(); throws Error (exit 6) if the run blew up
     LoadsView loads() const noexcept { return {force_, torque_}; }  //!< of the last step

@@ -232,6 +232,9 @@ TEST_CASE("water of several processes leaves the bytes of one, whatever the grai
     std::vector<std::string> const brief{"time.end=0.02", "output.interval=0.01", "output.series=0.002"};
     compare("settling_sphere.yaml", brief, {{ranks("oil", 2)}, {ranks("oil", 3)}}, "oil");
     compare("channel_cylinder.yaml", brief, {{ranks("fluid", 2)}, {ranks("fluid", 3)}}, "fluid");
+    compare("submerged_column.yaml", {"time.end=0.002", "output.interval=0.001", "output.series=0.001"},
+            {{ranks("liquid", 3)}}, "liquid");
+    compare("fluidised_bed.yaml", brief, {{ranks("water", 2)}}, "water");
 }
 
 TEST_CASE("water of several processes that blows up in one of them: all stop, with cell and time, and a summary")

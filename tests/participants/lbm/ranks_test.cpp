@@ -46,8 +46,8 @@ lbm::Solid ball(std::array<double, 3> const& centre, double radius)
     return solid;
 }
 
-//! Bodies that move across the lattice, in all directions, some across its sides; from step 5 on there is one more, which
-//! comes first.
+//! Bodies that move across the lattice, in all directions, some across its sides; from step 5 on there is one more,
+//! which comes first.
 template <int D>
 struct Bodies
 {
@@ -71,6 +71,30 @@ struct Bodies
     }
 };
 
+//! Points of a bed that sinks through the lattice, in its middle and across its lowest side.
+template <int D>
+struct Points
+{
+    std::vector<double> position, velocity, volume;
+    std::vector<std::int64_t> id;
+
+    Points(lbm::Config const& c, int step)
+    {
+        constexpr int most = 300;
+        double const pi = 3.14159;
+        for (int i = step < 10 ? 3 : 0; i < most; ++i) {
+            for (std::size_t k = 0; k < D; ++k) {
+                double const share = std::fmod(0.1 + 0.618034 * i * (1 + 0.3 * static_cast<double>(k)), 1.0);
+                double const v = k == D - 1 ? -0.03 : 0.01 * std::sin(pi * share);
+                position.push_back(c.size[k] * (k == D - 1 ? 0.6 * share : share) + v * step);
+                velocity.push_back(v);
+            }
+            volume.push_back(0.3 + 0.1 * std::sin(i));
+            id.push_back(1000 - i);
+        }
+    }
+};
+
 //! All that partners and pictures see of a run: loads of every step, and now and then measures and pictures.
 using Trace = std::vector<double>;
 
@@ -87,6 +111,8 @@ void look(lbm::Solver<D>& solver, bool first, Trace& trace)
             add(values);
     }
 }
+
+constexpr int steps = 30, middle = 15, window = 5;
 
 struct Scene
 {
@@ -106,7 +132,12 @@ void run(lbm::Solver<D>& solver, Scene const& scene, int from, int to, bool firs
             Bodies<D> const bodies(scene.config, k);
             solver.set_bodies({bodies.position, bodies.velocity, bodies.spin, bodies.radius, bodies.id});
         }
+        if (scene.config.phase && k % window == 0) {
+            Points<D> const points(scene.config, k);
+            solver.set_phase({points.id, points.position, points.velocity, points.volume}, window);
+        }
         solver.step();
+        if (scene.config.phase && k % window == window - 1) add(solver.phase_force());
         add(solver.loads().force);
         add(solver.loads().torque);
         add(solver.solid_loads().force);
@@ -125,8 +156,6 @@ void set_flow(lbm::Solver<D>& solver)
         return state;
     });
 }
-
-constexpr int steps = 30, middle = 14;
 
 template <int D>
 Trace alone(Scene const& scene)
@@ -153,14 +182,14 @@ Trace shared(Scene const& scene, int processes)
             set_flow(solver);
             run(solver, scene, 0, middle, first, mine);
             solver.keep(kept);
-            run(solver, scene, middle, middle + 3, first, dropped);
+            run(solver, scene, middle, middle + window, first, dropped);
             solver.restore(kept);
-            run(solver, scene, middle, middle + 2, first, mine);
+            run(solver, scene, middle, middle + window, first, mine);
             solver.keep(later);
         }
         lbm::Solver<D> solver(scene.config, &peers);
         solver.restore(later);
-        run(solver, scene, middle + 2, steps, first, mine);
+        run(solver, scene, middle + window, steps, first, mine);
         if (first) trace = mine;
     });
     return trace;
@@ -195,6 +224,13 @@ std::vector<Scene> plane_scenes()
     turning.hydrostatic = true;
     turning.smagorinsky = 0.1;
     scenes.push_back({"in a frame that turns", turning});
+    for (bool const matter : {true, false}) {
+        auto bed = config<2>({24, 26, 0});
+        if (!matter) bed.set_periodic(1);
+        bed.phase =
+            lbm::PhaseConfig{.diameter = 0.3, .solid_density = 2.65, .spread = matter ? 2 : 1, .matter = matter};
+        scenes.push_back({matter ? "bed of matter" : "bed of grains, periodic", bed});
+    }
     return scenes;
 }
 
@@ -215,6 +251,10 @@ std::vector<Scene> scenes_in_space()
     auto basin = config<3>({26, 24, 30});
     basin.solids = {block({0, 0, 0}, {26, 24, 14.5}), block({12, 0, 14}, {26, 24, 30})};
     scenes.push_back({"basin in deep solid", basin});
+    auto bed = config<3>({10, 8, 18});
+    bed.phase = lbm::PhaseConfig{.law = lbm::Drag::di_felice, .diameter = 0.3, .solid_density = 2.65};
+    bed.precision = lbm::Precision::float32;
+    scenes.push_back({"bed", bed, false});
     return scenes;
 }
 
@@ -262,7 +302,4 @@ TEST_CASE("ranks: what processes cannot share is refused")
     auto surfaces = c;
     surfaces.surface = lbm::Surface::interpolated;
     CHECK(contains(refused(surfaces, 2), "grains: interpolated with 2 processes"));
-    auto fine = c;
-    fine.phase = lbm::PhaseConfig{.diameter = 0.1, .solid_density = 2};
-    CHECK(contains(refused(fine, 2), "(phase) with 2 processes"));
 }
