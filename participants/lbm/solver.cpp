@@ -14,10 +14,15 @@ namespace {
 using sluice::Error;
 using sluice::require;
 
-constexpr std::ptrdiff_t rows_a_chunk = 4;  //!< handed to a thread at a time
-constexpr std::int64_t watch_every = 64;    //!< steps
+constexpr std::int64_t watch_every = 64;  //!< steps
 //! By c_s/L, of the pressure at a side that absorbs sound (Rudy and Strikwerda, J. Comput. Phys. 36 (1980) 55).
 constexpr double recall_by_length = 0.28;
+
+//! Handed to a thread at a time: enough that threads work far from one another, few enough that all end together.
+std::ptrdiff_t rows_a_chunk(std::ptrdiff_t rows)
+{
+    return std::max<std::ptrdiff_t>(rows / 256, 4);
+}
 
 //! 4 s (1 - s) at every half cell, 0 at both edges of the domain.
 std::vector<double> parabola(std::ptrdiff_t cells)
@@ -231,14 +236,15 @@ void Solver<D>::step()
 template <int D>
 void Solver<D>::collide_rows()
 {
-    team_.share(layout_.rows(), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+    team_.share(layout_.rows(), rows_a_chunk(layout_.rows()), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (std::ptrdiff_t r = begin; r < end; ++r)
             if (!halo_ || !halo_->enters(r)) collide_row(r);
     });
     if (!halo_) return;
     halo_->receive(populations_);
     auto const& rows = halo_->rows();
-    team_.share(static_cast<std::ptrdiff_t>(rows.size()), rows_a_chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+    auto const count = static_cast<std::ptrdiff_t>(rows.size());
+    team_.share(count, rows_a_chunk(count), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
         for (std::ptrdiff_t k = begin; k < end; ++k) collide_row(rows[static_cast<std::size_t>(k)]);
     });
 }
