@@ -339,7 +339,7 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
 
 void find_surface_issues(Config const& c, std::vector<Issue>& issues)
 {
-    if (c.surface == Surface::covered) return;
+    if (c.surface != Surface::interpolated) return;
     if (c.rotation)
         issues.push_back({"grains",
                           "interpolated, in a frame that turns (known for covered ones only). Try grains: "
@@ -414,6 +414,7 @@ std::vector<std::string> describe(Config const& c)
     char const* const names[] = {"MRT", "TRT", "BGK"};
     std::string model = names[static_cast<int>(c.collision)];
     if (c.smagorinsky > 0) model += format(" with Smagorinsky, C_s = %g", c.smagorinsky);
+    constexpr std::array surfaces{"cover cells in part", "interpolated surfaces", "direct forcing"};
     std::vector<std::string> lines{
         "lattice               " + lattice + model,
         "time step             " + with_unit(c.step, "s"),
@@ -424,8 +425,7 @@ std::vector<std::string> describe(Config const& c)
                                           : "populations           single precision",
         "sound speed           " + with_unit(sound_speed_lu * c.units().velocity_unit(), "m/s"),
         format("hydrodynamic radius   %g R", c.hydrodynamic_radius),
-        c.surface == Surface::covered ? "moving grains         cover cells in part"
-                                      : "moving grains         interpolated surfaces",
+        std::string("moving grains         ") + surfaces[static_cast<std::size_t>(c.surface)],
         c.rotation ? format("frame                 turns at %g rad/s%s", c.rotation->rate,
                             c.hydrostatic ? "" : "; its field as gravity's: not on the lattice")
                    : "frame                 inertial",
@@ -473,7 +473,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
     read_phase(r, c, phase);
-    c.surface = static_cast<Surface>(r.choice_or("grains", 0, {"covered", "interpolated"}));
+    c.surface = static_cast<Surface>(r.choice_or("grains", 0, {"covered", "interpolated", "forced"}));
     c.precision = static_cast<Precision>(r.choice_or("precision", 0, {"double", "single"}));
     c.threads = sluice::read_threads(r, "auto");
     bool const readable =

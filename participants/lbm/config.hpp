@@ -30,8 +30,9 @@ enum class Operator
 //! How moving bodies are in the lattice.
 enum class Surface
 {
-    covered,      //!< a cell is solid in part, solid_weight.hpp
-    interpolated  //!< they cut the links between cells, links.hpp
+    covered,       //!< a cell is solid in part, solid_weight.hpp
+    interpolated,  //!< they cut the links between cells, links.hpp
+    forced         //!< direct forcing: their share of a cell gets their velocity, solid_weight.hpp
 };
 //! What is beyond a side.
 enum class Border

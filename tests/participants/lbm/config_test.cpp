@@ -52,6 +52,13 @@ TEST_CASE("config: interpolated surfaces are refused beside what knows covered c
     sluice::Reader reader = sluice::read_yaml(whole + "grains: interpolated\n", "scene.yaml");
     CHECK_THROWS_WITH_AS(lbm::read_config(reader, 2, {}, sluice::Rotation{}), doctest::Contains("a frame that turns"),
                          sluice::Error);
+    // forced ones know all of it
+    std::string const forced = phase + "walls: {top: free_slip}\ngrains: forced\n";
+    CHECK(errors(forced, true).empty());
+    sluice::Reader turning = sluice::read_yaml(forced, "scene.yaml");
+    lbm::Config const c = lbm::read_config(turning, 2, {}, sluice::Rotation{}, true);
+    CHECK(c.surface == lbm::Surface::forced);
+    CHECK(contains(lbm::describe(c)[8], "direct forcing"));
 }
 
 TEST_CASE("config: defaults, and the step from the lattice velocity")

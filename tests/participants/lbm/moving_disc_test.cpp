@@ -1,9 +1,11 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/solver.hpp"
 #include "tests/participants/lbm/kept_populations.hpp"
 
@@ -56,8 +58,10 @@ TEST_CASE("moving disc: cells that it uncovers bring no clicks, at whatever pres
 
 TEST_CASE("moving disc: discs that share cells share the force, in whatever order they come")
 {
-    auto const run = [](bool swapped) {
-        lbm::Solver<2> solver(config(40, 32, 0.6));
+    auto const run = [](bool swapped, lbm::Surface surface) {
+        lbm::Config c = config(40, 32, 0.6);
+        c.surface = surface;
+        lbm::Solver<2> solver(c);
         std::vector<double> position{14.2, 15.1, 21.7, 15.9}, velocity{0.02, 0, -0.01, 0.01}, spin{0.001, -0.002},
             radius{4.1, 3.9};
         if (swapped) {
@@ -79,10 +83,12 @@ TEST_CASE("moving disc: discs that share cells share the force, in whatever orde
         }
         return force;
     };
-    auto const one = run(false), other = run(true);
-    for (std::size_t i = 0; i < 4; ++i) {
-        CHECK(std::abs(one[i]) > 1e-3);
-        CHECK(std::abs(one[i] - other[i]) < 1e-12);
+    for (auto const surface : {lbm::Surface::covered, lbm::Surface::forced}) {
+        auto const one = run(false, surface), other = run(true, surface);
+        for (std::size_t i = 0; i < 4; ++i) {
+            CHECK(std::abs(one[i]) > 1e-3);
+            CHECK(std::abs(one[i] - other[i]) < 1e-12);
+        }
     }
 }
 
@@ -116,4 +122,40 @@ TEST_CASE("moving disc: a cell that it covers has no eddy viscosity, the next on
             }
     CHECK(inside < 1e-15);
     CHECK(outside > 1e-5);
+}
+
+TEST_CASE("moving disc: with direct forcing a cell loses twice its covered share of the slip, whatever tau")
+{
+    // half of the force is in the velocity, which is then (1 - eps) u + eps u_s. No cell is deep inside this disc
+    for (double const tau : {0.51, 0.8, 2.0}) {
+        lbm::Config c = config(24, 24, tau);
+        c.surface = lbm::Surface::forced;
+        lbm::Solver<2> solver(c);
+        solver.set_state([](auto const&) { return lbm::PointState<2>{.velocity = {0.03, -0.01}}; });
+        std::vector<double> const position{11.3, 12.6}, velocity{-0.02, 0.01}, spin{0}, radius{2.1};
+        solver.set_bodies({position, velocity, spin, radius});
+        solver.step();
+        double share = 0;
+        for (double const eps : solver.fields().solid_fraction) share += std::min(eps, lbm::full_weight);
+        CHECK(std::abs(solver.exchange().force[0] - 2 * share * 0.05) < 1e-13);
+        CHECK(std::abs(solver.exchange().force[1] + 2 * share * 0.02) < 1e-13);
+    }
+}
+
+TEST_CASE("moving disc: direct forcing leaves solids at rest as they are")
+{
+    auto const after_steps = [](lbm::Surface surface) {
+        lbm::Config c = config(48, 24, 0.7);
+        c.surface = surface;
+        c.acceleration = {1e-4, 0, 0};
+        c.solids = {{.name = "pier", .centre = {12, 12}, .radius = 4.3}};
+        lbm::Solver<2> solver(c);
+        std::vector<double> const position{36, 12}, rest{0, 0}, spin{0}, radius{3.3};
+        solver.set_bodies({position, rest, spin, radius});  // too far for a step to reach the pier
+        for (int k = 0; k < 5; ++k) solver.step();
+        return std::vector<double>(solver.solid_loads().force.begin(), solver.solid_loads().force.end());
+    };
+    auto const covered = after_steps(lbm::Surface::covered);
+    CHECK(covered == after_steps(lbm::Surface::forced));
+    CHECK(std::abs(covered[0]) > 1e-5);
 }
