@@ -15,6 +15,7 @@
 namespace lbm {
 namespace {
 
+constexpr double least_grain = 0.1;                     //!< of the fluid's density (README, Light grains)
 constexpr double sound_speed_lu = 0.57735026918962576;  //!< 1/sqrt(3) cells a step
 constexpr double mach_refused = 0.3, mach_warned = 0.15;
 constexpr double tau_warned = 0.505;
@@ -339,6 +340,18 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
 
 void find_surface_issues(Config const& c, std::vector<Issue>& issues)
 {
+    if (c.lightest_grain > 0 && c.surface != Surface::interpolated)
+        issues.push_back(
+            {"lightest_grain",
+             format("%g kg/m3, with fluid kept inside grains (the coupling of light ones is unstable then). "
+                    "Try grains: interpolated.",
+                    c.lightest_grain),
+             true});
+    if (c.lightest_grain > 0 && c.lightest_grain < least_grain * c.density)
+        issues.push_back({"lightest_grain",
+                          format("%g kg/m3 is %.2g of the fluid's density: the coupling was tried down to %g of it.",
+                                 c.lightest_grain, c.lightest_grain / c.density, least_grain),
+                          false});
     if (c.surface != Surface::interpolated) return;
     if (c.rotation)
         issues.push_back({"grains",
@@ -474,6 +487,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
     read_phase(r, c, phase);
     c.surface = static_cast<Surface>(r.choice_or("grains", 0, {"covered", "interpolated", "forced"}));
+    c.lightest_grain = r.number_or("lightest_grain", 0, {.min = 0.0, .unit = "kg/m3"});
     c.precision = static_cast<Precision>(r.choice_or("precision", 0, {"double", "single"}));
     c.threads = sluice::read_threads(r, "auto");
     bool const readable =

@@ -141,6 +141,7 @@ struct Config
     bool hydrostatic = false;                  //!< gravity acts on the lattice
     Precision precision = Precision::float64;  //!< of the populations as they are stored
     Surface surface = Surface::covered;        //!< of bodies; solids at rest cover cells
+    double lightest_grain = 0;                 //!< its density, if it is light beside the fluid [kg/m3]; 0: none is
     double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
     std::optional<PhaseConfig> phase{};
     int threads = 1;

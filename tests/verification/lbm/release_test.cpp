@@ -120,6 +120,38 @@ TEST_CASE("C06b: first acceleration of a sphere and of a disc let go: added mass
     for (double const ratio : {2.65, 1.1, 0.5}) check_start<2>(12, ratio);
 }
 
+TEST_CASE("C01b: a sphere of a tenth of the fluid's density let go, a = 5 cells")
+{
+    // the same equation in closed form: 1 + sqrt(s) + s (2 r + 1)/9 has two real roots in sqrt(s) for r < 5/8. Mark as
+    // above; in a periodic cube 13 radii wide
+    constexpr double radius = 5, ratio = 0.1, viscosity = 0.03, unit = radius * radius / viscosity;
+    constexpr double terminal = 0.02 * viscosity / radius, sum = 9 / (2 * ratio + 1);
+    double const alpha = 0.5 * (sum - std::sqrt(sum * sum - 4 * sum)), beta = sum - alpha;
+    auto const exact = [&](double t) {
+        auto const part = [&](double root) { return std::exp(root * root * t) * std::erfc(root * std::sqrt(t)); };
+        return 1 - (beta * part(alpha) - alpha * part(beta)) / (beta - alpha);
+    };
+    verification::Stopwatch const watch;
+    lbm::Config c;
+    c.dimension = 3;
+    c.cell = c.step = c.density = 1;
+    c.size = {64, 64, 64};
+    c.viscosity = viscosity;
+    c.collision = lbm::Operator::trt;
+    c.surface = lbm::Surface::interpolated;
+    c.lightest_grain = ratio;
+    for (std::size_t const axis : {0UL, 1UL, 2UL}) c.set_periodic(axis);
+    lbm::Solver<3> solver(c);
+    FreeBody<3> sphere({32, 32, 32.2}, radius, ratio, 1);
+    for (double const time : {0.05, 0.1, 0.2, 0.5}) {
+        while (solver.time() < time * unit)
+            sphere.step(solver, {0, 0, 6 * std::numbers::pi * viscosity * radius * terminal});
+        double const got = sphere.up() / terminal, reference = exact(solver.time() / unit);
+        CHECK(verification::report({"C01b", text("light, U/U_t at rho_s/rho_f=%.2f, nu t/a^2=%.2f", ratio, time), got,
+                                    reference, relative(got, reference), 0.05, watch.seconds()}));
+    }
+}
+
 namespace {
 
 //! Way over the radius of a free sphere of the fluid's density, under gravity.
