@@ -141,6 +141,7 @@ void Solver<D>::keep(sluice::State& kept)
     put_ids(kept, "last/id", last_id_);
     put_rows<freedoms>(kept, "last/velocity", past_, [](Past const& p) { return p.motion; });
     put_rows<freedoms>(kept, "last/exchange", past_, [](Past const& p) { return p.exchange; });
+    if (config_.lightest_grain > 0) put_rows<freedoms>(kept, "last/load", past_, [](Past const& p) { return p.load; });
     if (phase_) phase_->keep(kept);
     if (!solid_exchange_.empty())
         put_rows<freedoms>(kept, "solids/exchange", solid_exchange_, [](Motion const& m) { return m; });
@@ -186,6 +187,10 @@ void Solver<D>::restore(sluice::State const& kept)
     auto const exchange = kept.numbers("last/exchange", freedoms * last_id.size());
     for (std::size_t i = 0; i < past.size(); ++i)
         std::copy_n(exchange.data() + freedoms * i, freedoms, past[i].exchange.begin());
+    auto const load =
+        config_.lightest_grain > 0 ? kept.numbers("last/load", freedoms * last_id.size()) : std::span<double const>();
+    for (std::size_t i = 0; i < past.size() && !load.empty(); ++i)
+        std::copy_n(load.data() + freedoms * i, freedoms, past[i].load.begin());
     for (Body<D> const& b : bodies)
         sluice::require(std::isfinite(std::accumulate(b.centre.begin(), b.centre.end(), b.radius)) && b.radius > 0, [] {
             return sluice::Error(

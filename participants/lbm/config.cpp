@@ -15,6 +15,7 @@
 namespace lbm {
 namespace {
 
+constexpr double least_grain = 0.1;                     //!< of the fluid's density (README, Light grains)
 constexpr double sound_speed_lu = 0.57735026918962576;  //!< 1/sqrt(3) cells a step
 constexpr double mach_refused = 0.3, mach_warned = 0.15;
 constexpr double tau_warned = 0.505;
@@ -339,7 +340,19 @@ void find_flow_issues(Config const& c, std::vector<Issue>& issues)
 
 void find_surface_issues(Config const& c, std::vector<Issue>& issues)
 {
-    if (c.surface == Surface::covered) return;
+    if (c.lightest_grain > 0 && c.surface != Surface::interpolated)
+        issues.push_back(
+            {"lightest_grain",
+             format("%g kg/m3, with fluid kept inside grains (the coupling of light ones is unstable then). "
+                    "Try grains: interpolated.",
+                    c.lightest_grain),
+             true});
+    if (c.lightest_grain > 0 && c.lightest_grain < least_grain * c.density)
+        issues.push_back({"lightest_grain",
+                          format("%g kg/m3 is %.2g of the fluid's density: the coupling was tried down to %g of it.",
+                                 c.lightest_grain, c.lightest_grain / c.density, least_grain),
+                          false});
+    if (c.surface != Surface::interpolated) return;
     if (c.rotation)
         issues.push_back({"grains",
                           "interpolated, in a frame that turns (known for covered ones only). Try grains: "
@@ -414,6 +427,7 @@ std::vector<std::string> describe(Config const& c)
     char const* const names[] = {"MRT", "TRT", "BGK"};
     std::string model = names[static_cast<int>(c.collision)];
     if (c.smagorinsky > 0) model += format(" with Smagorinsky, C_s = %g", c.smagorinsky);
+    constexpr std::array surfaces{"cover cells in part", "interpolated surfaces", "direct forcing"};
     std::vector<std::string> lines{
         "lattice               " + lattice + model,
         "time step             " + with_unit(c.step, "s"),
@@ -424,8 +438,7 @@ std::vector<std::string> describe(Config const& c)
                                           : "populations           single precision",
         "sound speed           " + with_unit(sound_speed_lu * c.units().velocity_unit(), "m/s"),
         format("hydrodynamic radius   %g R", c.hydrodynamic_radius),
-        c.surface == Surface::covered ? "moving grains         cover cells in part"
-                                      : "moving grains         interpolated surfaces",
+        std::string("moving grains         ") + surfaces[static_cast<std::size_t>(c.surface)],
         c.rotation ? format("frame                 turns at %g rad/s%s", c.rotation->rate,
                             c.hydrostatic ? "" : "; its field as gravity's: not on the lattice")
                    : "frame                 inertial",
@@ -473,7 +486,8 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
         for (std::size_t k = 0; k < c.axes(); ++k) c.acceleration[k] += gravity[k];
     c.hydrodynamic_radius = r.number_or("hydrodynamic_radius", 0.85, {.above = 0.0, .max = 1.0});
     read_phase(r, c, phase);
-    c.surface = static_cast<Surface>(r.choice_or("grains", 0, {"covered", "interpolated"}));
+    c.surface = static_cast<Surface>(r.choice_or("grains", 0, {"covered", "interpolated", "forced"}));
+    c.lightest_grain = r.number_or("lightest_grain", 0, {.min = 0.0, .unit = "kg/m3"});
     c.precision = static_cast<Precision>(r.choice_or("precision", 0, {"double", "single"}));
     c.threads = sluice::read_threads(r, "auto");
     bool const readable =

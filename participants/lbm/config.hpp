@@ -30,8 +30,9 @@ enum class Operator
 //! How moving bodies are in the lattice.
 enum class Surface
 {
-    covered,      //!< a cell is solid in part, solid_weight.hpp
-    interpolated  //!< they cut the links between cells, links.hpp
+    covered,       //!< a cell is solid in part, solid_weight.hpp
+    interpolated,  //!< they cut the links between cells, links.hpp
+    forced         //!< direct forcing: their share of a cell gets their velocity, solid_weight.hpp
 };
 //! What is beyond a side.
 enum class Border
@@ -140,6 +141,7 @@ struct Config
     bool hydrostatic = false;                  //!< gravity acts on the lattice
     Precision precision = Precision::float64;  //!< of the populations as they are stored
     Surface surface = Surface::covered;        //!< of bodies; solids at rest cover cells
+    double lightest_grain = 0;                 //!< its density, if it is light beside the fluid [kg/m3]; 0: none is
     double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
     std::optional<PhaseConfig> phase{};
     int threads = 1;

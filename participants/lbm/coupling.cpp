@@ -254,6 +254,9 @@ void run(sluice::Participant& self, Config const& config)
     for (sluice::Window const& window : windows) {
         if (self.went_back()) begin_recording(self.resumed_at());
         auto const steps = static_cast<std::int64_t>(std::lround(window.length / config.step));
+        if (config.lightest_grain > 0 && steps > 1 && window.index == 0)
+            self.warn("lightest_grain: windows of " + std::to_string(steps) +
+                      " steps of the fluid (it is known for one). Try time.window: auto.");
         if (phase.exists()) phase.begin(window, steps, solver);
         for (std::int64_t k = 0; k < steps; ++k) {
             if (!senders.empty()) {

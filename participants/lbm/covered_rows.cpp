@@ -13,7 +13,9 @@ namespace {
 //! that take what a strip cut off there has left, and exchange nothing.
 struct RowBuffer
 {
-    std::vector<double> fraction, drag, lag, weight, open, ease, force_rate;
+    std::vector<double> fraction, drag;
+    std::vector<double> lag;  //!< sum of eps R, or with forced bodies of their eps
+    std::vector<double> weight, open, ease, force_rate;
     std::array<std::vector<double>, 3> momentum, force;
     std::vector<char> touched;  //!< for each block
 
@@ -101,6 +103,22 @@ void find_weights(std::ptrdiff_t begin, std::ptrdiff_t end, double tau, RowBuffe
     }
 }
 
+//! The same where bodies that move are forced: what rests keeps its weight.
+template <int D>
+void find_forced_weights(std::ptrdiff_t begin, std::ptrdiff_t end, double tau, RowBuffer& row)
+{
+    double const *const fraction = row.fraction.data(), *const drag = row.drag.data(), *const forced = row.lag.data();
+    double *const weight = row.weight.data(), *const open = row.open.data(), *const ease = row.ease.data();
+#pragma omp simd
+    for (std::ptrdiff_t x = begin; x < end; ++x) {
+        double const rest = std::max(fraction[x] - forced[x], 0.0);
+        double const share = forced[x] + rest * weight_per_fraction(rest, drag[x], tau);
+        weight[x] = std::min(share, full_weight) / std::max(fraction[x], 1e-300);
+        open[x] = open_share(rest, 0.0);
+        if constexpr (eased_by_inertia<D>) ease[x] = ease_per_fraction(rest, drag[x], tau);
+    }
+}
+
 //! Deep inside a body, where all neighbours are covered as well, the fluid takes the body's velocity in one step.
 template <int D>
 void set_core_weight(Strip<D> const& strip, std::span<Body<D> const> bodies, RowBuffer& row)
@@ -137,14 +155,13 @@ void prefetch(T const* first, std::ptrdiff_t count)
 }
 
 template <int D>
-void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, double lag, RowBuffer& row)
+void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, double held, double lag, RowBuffer& row)
 {
     int const count = whole_lanes(strip);
     double *const fraction = row.fraction.data() + strip.begin, *const drag = row.drag.data() + strip.begin,
                   *const lags = row.lag.data() + strip.begin;
     double *const x = row.momentum[0].data() + strip.begin, *const y = row.momentum[1].data() + strip.begin,
                   *const z = row.momentum[2].data() + strip.begin;
-    double const held = strip.drag;
 #pragma omp simd
     for (int k = 0; k < count; ++k) {  // int: the machine turns four of them into doubles at once
         double const f = strip.fraction[k];
@@ -232,15 +249,21 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
         if (touched) clear<D>(begin, end, buffer);
     });
+    bool const forced = config_.surface == Surface::forced;
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];
-        add_strip(s, StripVelocity<D>(s, covering()), lag_of<D>(s, covering(), relaxation_.tau), buffer);
+        StripVelocity<D> const v(s, covering());
+        bool const moves = s.body < static_cast<std::ptrdiff_t>(covering().size());
+        if (forced)
+            add_strip(s, v, moves ? 0.0 : s.drag, moves ? 1.0 : 0.0, buffer);
+        else
+            add_strip(s, v, s.drag, lag_of<D>(s, covering(), relaxation_.tau), buffer);
     }
     Relaxation const relaxation = of_row(r);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
         if (!touched) return kernels_.fluid(slots, begin, end, relaxation, {});
         covered_cells_[static_cast<std::size_t>(r)] += end - begin;
-        find_weights<D>(begin, end, relaxation_.tau, buffer);
+        (forced ? find_forced_weights<D> : find_weights<D>)(begin, end, relaxation_.tau, buffer);
     });
     for (std::uint32_t const k : strips) set_core_weight<D>(coverage_.strips()[k], covering(), buffer);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
@@ -357,7 +380,7 @@ void Solver<D>::list_still_rows()
         });
         for (std::uint32_t const k : strips) {
             Strip<D> const& s = coverage_.strips()[k];
-            add_strip(s, StripVelocity<D>(s, covering()), 0.0, buffer);
+            add_strip(s, StripVelocity<D>(s, covering()), s.drag, 0.0, buffer);
         }
         each_run_of_blocks(buffer, nx, [&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
             if (touched) find_weights<D>(begin, end, relaxation_.tau, buffer);

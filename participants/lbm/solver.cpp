@@ -81,7 +81,7 @@ Layout layout_of(Config const& c, std::vector<Patch<D>> const& patches, std::vec
                          std::to_string(patch.fraction.size()) + " fractions.");
         });
     }
-    if (boxes.empty() && !c.phase && c.surface == Surface::covered)
+    if (boxes.empty() && !c.phase && c.surface != Surface::interpolated)
         boxes = live_boxes(c.cells(), {c.periodic(0), c.periodic(1), c.periodic(2)}, patches);
     return boxes.empty() ? Layout(c.cells()) : Layout(c.cells(), std::move(boxes));
 }

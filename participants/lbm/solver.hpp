@@ -86,7 +86,7 @@ class Solver
     std::span<double const> phase_force() { return phase_->force(); }  //!< on each in these [N], mean; [point][D]
     void set_state(std::function<PointState<D>(std::array<double, D> const& at)> const& state);
     void step();  //!< one time_step(); throws Error (exit 6) if the run blew up
-    LoadsView loads() const noexcept { return {force_, torque_}; }  //!< of the last step
+    LoadsView loads() const noexcept { return {force_, torque_}; }  //!< of the last step, relaxed if grains are light
     LoadsView exchange() const noexcept
     {
         return {exchange_, exchange_torque_};
@@ -113,8 +113,8 @@ class Solver
 
     //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest; of the bodies
     //! `bodies/id`, `bodies/place` (Body, lattice units), `bodies/displaced`; of the bodies of the last step `last/id`,
-    //! `last/velocity` [m/s, 1/s], `last/exchange` [N, N m]; `populations/0` and so on, shape [z][y][x], as doubles
-    //! or, in single precision, floats as bytes: of a shared lattice those of this process.
+    //! `last/velocity` [m/s, 1/s], `last/exchange` [N, N m], with light grains `last/load`; `populations/0` and so on,
+    //! shape [z][y][x], as doubles or, in single precision, floats as bytes: of a shared lattice those of this process.
     void keep(sluice::State& kept);
     //! Of a solver with the same configuration. Throws Error (exit 7) for a state of another lattice.
     void restore(sluice::State const& kept);
@@ -143,6 +143,7 @@ class Solver
     std::vector<Motion> exchanged() const;
     void find_solid_loads(std::span<Motion const> strips, std::span<Motion const> rims);
     void find_loads();
+    Motion relax(std::size_t body, Motion const& told);
     void list_rim();
     void check_bodies(BodiesView const& bodies) const;
     std::span<Body<D> const> covering() const  //!< bodies that cover cells in part
@@ -182,6 +183,7 @@ class Solver
     struct Past
     {
         Motion motion, exchange;
+        Motion load{};  //!< that it was told [N, N m]
     };
 
     Config config_;

@@ -52,6 +52,18 @@ TEST_CASE("config: interpolated surfaces are refused beside what knows covered c
     sluice::Reader reader = sluice::read_yaml(whole + "grains: interpolated\n", "scene.yaml");
     CHECK_THROWS_WITH_AS(lbm::read_config(reader, 2, {}, sluice::Rotation{}), doctest::Contains("a frame that turns"),
                          sluice::Error);
+    // light grains are known for them alone
+    CHECK(errors(whole + "grains: interpolated\nlightest_grain: 100\n").empty());
+    CHECK(contains(errors(whole + "lightest_grain: 100\n"), "Try grains: interpolated"));
+    CHECK(!warns(read(whole + "grains: interpolated\nlightest_grain: 100\n"), "lightest_grain"));
+    CHECK(warns(read(whole + "grains: interpolated\nlightest_grain: 99\n"), "lightest_grain"));
+    // forced ones know all of the former
+    std::string const forced = phase + "walls: {top: free_slip}\ngrains: forced\n";
+    CHECK(errors(forced, true).empty());
+    sluice::Reader turning = sluice::read_yaml(forced, "scene.yaml");
+    lbm::Config const c = lbm::read_config(turning, 2, {}, sluice::Rotation{}, true);
+    CHECK(c.surface == lbm::Surface::forced);
+    CHECK(contains(lbm::describe(c)[8], "direct forcing"));
 }
 
 TEST_CASE("config: defaults, and the step from the lattice velocity")
@@ -84,6 +96,7 @@ oscillation: {amplitude: [0.5, 0.25], frequency: 2}
 hydrodynamic_radius: 0.7
 precision: single
 grains: interpolated
+lightest_grain: 90
 threads: 3
 )");
     CHECK(c.energy_rate == 1.1);
@@ -99,6 +112,7 @@ threads: 3
     CHECK(c.hydrodynamic_radius == 0.7);
     CHECK(c.precision == lbm::Precision::float32);
     CHECK(c.surface == lbm::Surface::interpolated);
+    CHECK(c.lightest_grain == 90);
     CHECK(c.threads == 3);
 }
 

@@ -95,12 +95,14 @@ inline std::string text(char const* pattern, double a, double b)
     return out;
 }
 
-//! Cases that are run with both.
-inline constexpr std::array both_surfaces{lbm::Surface::covered, lbm::Surface::interpolated};
+//! Cases that are run with both, since drag is right to a small part of a cell, or with all.
+inline constexpr std::array sharp_surfaces{lbm::Surface::covered, lbm::Surface::interpolated};
+inline constexpr std::array all_surfaces{lbm::Surface::covered, lbm::Surface::interpolated, lbm::Surface::forced};
 
 inline std::string of_surface(lbm::Surface surface, std::string const& what)
 {
-    return surface == lbm::Surface::interpolated ? "interpolated, " + what : what;
+    constexpr std::array names{"", "interpolated, ", "forced, "};
+    return names[static_cast<std::size_t>(surface)] + what;
 }
 
 inline double relative(double value, double reference)

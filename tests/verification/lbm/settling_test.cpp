@@ -49,6 +49,21 @@ TEST_CASE("C02: the same, d = 9 cells, and E4 with 12")
         check_settling(e4, cells, 0.009);  // interpolated bounce-back with 12: -0.9 %
 }
 
+TEST_CASE("C02: E1 and E4 with direct forcing, d = 6 and 9 cells")
+{
+    // mark: half a cell of the radius, since the surface lies in the cells that are forced in part; Stokes' velocity
+    // goes with 1/radius
+    for (Oil const& oil : {e1, e4})
+        for (double const cells : {6.0, 9.0}) {
+            verification::Stopwatch const watch;
+            double const got =
+                settle(oil, cells, {.collision = lbm::Operator::trt, .surface = lbm::Surface::forced}).fastest;
+            CHECK(verification::report(
+                {"C02", std::string("forced, ") + oil.name + text(", d = %.0f dx: fastest [m/s]", cells, 0), got,
+                 oil.fastest, relative(got, oil.fastest), 1 / cells, watch.seconds()}));
+        }
+}
+
 namespace {
 
 //! Drag c_D of a sphere of d cells in a stream, Re = U d/nu, after 5 d of way from a sudden start: `moves`, or the duct
