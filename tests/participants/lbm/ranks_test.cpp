@@ -205,6 +205,9 @@ std::vector<Scene> plane_scenes()
     for (std::size_t k = 0; k < 2; ++k) periodic.set_periodic(k);
     periodic.precision = lbm::Precision::float32;
     scenes.push_back({"periodic, in floats", periodic});
+    auto forced = box;
+    forced.surface = lbm::Surface::forced;
+    scenes.push_back({"forced bodies", forced});
     auto channel = config<2>({40, 22, 0});
     channel.walls[lbm::left] = {.kind = lbm::Border::inflow, .velocity = {0.05, 0, 0}, .parabola = true};
     channel.walls[lbm::right] = {.kind = lbm::Border::pressure, .absorbing = true};
