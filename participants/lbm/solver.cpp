@@ -106,7 +106,7 @@ Config const& checked(Config const& config)
 
 void require_shareable(Config const& config, int processes)
 {
-    require(processes == 1 || config.surface == Surface::covered, [&] {
+    require(processes == 1 || config.surface != Surface::interpolated, [&] {
         return Error("fluid: grains: interpolated with " + std::to_string(processes) +
                      " processes (needed: one). Give ranks: 1, and threads.");
     });
