@@ -205,9 +205,8 @@ std::vector<Scene> plane_scenes()
     for (std::size_t k = 0; k < 2; ++k) periodic.set_periodic(k);
     periodic.precision = lbm::Precision::float32;
     scenes.push_back({"periodic, in floats", periodic});
-    auto forced = box;
-    forced.surface = lbm::Surface::forced;
-    scenes.push_back({"forced bodies", forced});
+    periodic.surface = lbm::Surface::forced;
+    scenes.push_back({"the same, forced", periodic});
     auto channel = config<2>({40, 22, 0});
     channel.walls[lbm::left] = {.kind = lbm::Border::inflow, .velocity = {0.05, 0, 0}, .parabola = true};
     channel.walls[lbm::right] = {.kind = lbm::Border::pressure, .absorbing = true};
@@ -244,6 +243,8 @@ std::vector<Scene> scenes_in_space()
     for (std::size_t k = 0; k < 3; ++k) periodic.set_periodic(k);
     periodic.collision = lbm::Operator::trt;
     scenes.push_back({"periodic", periodic});
+    periodic.surface = lbm::Surface::forced;
+    scenes.push_back({"the same, forced", periodic});
     auto duct = config<3>({12, 14, 18});
     duct.walls[lbm::lower_z] = {.kind = lbm::Border::inflow, .velocity = {0, 0, 0.04}, .parabola = true};
     duct.walls[lbm::upper_z] = {.kind = lbm::Border::pressure};
