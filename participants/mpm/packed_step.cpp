@@ -46,7 +46,8 @@ PackedStep<D>::~PackedStep() = default;
 template <int D>
 bool PackedStep<D>::serves(Setup<D> const& setup)
 {
-    return setup.basis != BasisKind::linear && setup.width == Width::fixed && setup.tractions.empty() &&
+    return (setup.basis == BasisKind::gimp || setup.basis == BasisKind::spline) && setup.width == Width::fixed &&
+           setup.tractions.empty() &&
            (std::holds_alternative<MohrCoulomb>(setup.law) || std::holds_alternative<LinearElastic>(setup.law)) &&
            setup.symmetry == Symmetry::plane && setup.period.isZero(0) && !setup.one_at_a_time;
 }

@@ -7,6 +7,7 @@
 
 #include "coupler/base/error.hpp"
 #include "participants/mpm/cell_means.hpp"
+#include "participants/mpm/parallelepiped.hpp"
 #include "participants/mpm/room.hpp"
 #include "participants/mpm/walls.hpp"
 
@@ -50,7 +51,7 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
     : setup_(std::move(setup)),
       state_(std::move(state)),
       packed_(1),
-      grid_(setup_.cells, joined_axes(setup_)),
+      grid_(setup_.cells, joined_axes(setup_), setup_.basis == BasisKind::cpdi ? ring_of_corners<D> : 1),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
 {

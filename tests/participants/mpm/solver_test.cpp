@@ -68,7 +68,7 @@ void check_momentum(mpm::BasisKind basis, mpm::Scheme scheme, double flip, bool 
 
 TEST_CASE("solver: momentum is conserved to rounding, every basis, scheme and blend, plane and space")
 {
-    for (auto basis : {mpm::BasisKind::gimp, mpm::BasisKind::linear, mpm::BasisKind::spline})
+    for (auto basis : {mpm::BasisKind::gimp, mpm::BasisKind::linear, mpm::BasisKind::spline, mpm::BasisKind::cpdi})
         for (auto scheme : {mpm::Scheme::musl, mpm::Scheme::usl})
             for (double flip : {1.0, 0.9, 0.0})
                 for (bool affine : {true, false}) {
@@ -79,7 +79,7 @@ TEST_CASE("solver: momentum is conserved to rounding, every basis, scheme and bl
 
 TEST_CASE("solver: with the affine transfer a linear field of velocities comes back as it was, at free surfaces too")
 {
-    for (auto basis : {mpm::BasisKind::gimp, mpm::BasisKind::linear, mpm::BasisKind::spline}) {
+    for (auto basis : {mpm::BasisKind::gimp, mpm::BasisKind::linear, mpm::BasisKind::spline, mpm::BasisKind::cpdi}) {
         mpm::Config c = box<2>(1.2, {0.4, 0.4, 0}, {0.8, 0.8, 0});
         c.basis = basis;
         c.law = mpm::LinearElastic{{1e-9, 0}};  // nothing but motion

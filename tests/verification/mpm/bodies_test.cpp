@@ -258,8 +258,10 @@ TEST_CASE("M10: points cross cells")
         double const gimp = crossing_error(mpm::BasisKind::gimp, points);
         double const spline = crossing_error(mpm::BasisKind::spline, points);
         double const linear = crossing_error(mpm::BasisKind::linear, points);
+        double const corners = crossing_error(mpm::BasisKind::cpdi, points);
         std::string const name = named("%.0f points a cell: ", points);
         CHECK(report({"M10", name + "gimp, stress", gimp, 0, gimp, 0.05, watch.seconds()}));
+        CHECK(report({"M10", name + "cpdi, stress", corners, 0, corners, 0.05, watch.seconds()}));
         CHECK(report({"M10", name + "gimp by linear", gimp / linear, 0.1, gimp / linear, 0.1, watch.seconds()}));
         CHECK(report({"M10", name + "spline by linear", spline / linear, 1, spline / linear, 1, watch.seconds()}));
         CHECK(linear > 0.1);  // the error that gimp is there to remove
