@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "coupler/base/team.hpp"
+#include "participants/mpm/packed_cones.hpp"
 #include "participants/mpm/packed_deform.hpp"
 #include "participants/mpm/room.hpp"
 
@@ -20,6 +21,23 @@ constexpr double most_nodes_of_a_point = 50;
 //! them, and reaches few nodes.
 template <int D>
 constexpr int tile = D == 2 ? 16 : 4;
+
+PackedElastic packed_law(LinearElastic const& law, double)
+{
+    return PackedElastic(law);
+}
+PackedMohrCoulomb packed_law(MohrCoulomb const& law, double)
+{
+    return PackedMohrCoulomb(law);
+}
+PackedDruckerPrager packed_law(DruckerPrager const& law, double)
+{
+    return PackedDruckerPrager(law);
+}
+PackedMuOfI packed_law(MuOfI const& law, double dt)
+{
+    return {law, dt};
+}
 
 }  // namespace
 
@@ -47,8 +65,7 @@ template <int D>
 bool PackedStep<D>::serves(Setup<D> const& setup)
 {
     return (setup.basis == BasisKind::gimp || setup.basis == BasisKind::spline) && setup.width == Width::fixed &&
-           setup.tractions.empty() &&
-           (std::holds_alternative<MohrCoulomb>(setup.law) || std::holds_alternative<LinearElastic>(setup.law)) &&
+           setup.tractions.empty() && !std::holds_alternative<NeoHookean>(setup.law) &&
            setup.symmetry == Symmetry::plane && setup.period.isZero(0) && !setup.one_at_a_time;
 }
 
@@ -263,10 +280,11 @@ void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span
                  : gradients<D, false, shared>(points_, c.points, setup, half_width, dt, box, nodes);
     });
     if constexpr (shared) each_slice(share_mean);
-    if (auto const* law = std::get_if<MohrCoulomb>(&setup.law))
-        deform<affine, shared>(dt, PackedMohrCoulomb(*law));
-    else
-        deform<affine, shared>(dt, PackedElastic(std::get<LinearElastic>(setup.law)));
+    std::visit(
+        [&](auto const& law) {
+            if constexpr (requires { packed_law(law, dt); }) deform<affine, shared>(dt, packed_law(law, dt));
+        },
+        setup.law);
 }
 
 template <int D>

@@ -181,6 +181,19 @@ mpm::Law const dry = soil({.friction_angle = 23 * degree});
 mpm::Law const dilating = soil({.friction_angle = 30 * degree, .dilation_angle = 10 * degree, .cohesion = 300});
 mpm::Law const cut = soil({.friction_angle = 30 * degree, .cohesion = 500, .tension = 100});
 mpm::Law const clay = soil({.cohesion = 400, .tension = HUGE_VAL});
+mpm::Law cone(mpm::DruckerPragerParameters const& p)
+{
+    mpm::Elasticity const e{1e6, 0.3};
+    return mpm::DruckerPrager{e, mpm::DruckerPragerSurface(e, p)};
+}
+mpm::Law const dry_cone = cone({.friction_angle = 23 * degree});
+mpm::Law const cut_cone = cone({.friction_angle = 30 * degree,
+                                .dilation_angle = 10 * degree,
+                                .cohesion = 500,
+                                .tension = 100,
+                                .cone = mpm::Cone::compression});
+mpm::Law const clay_cone = cone({.cohesion = 400, .tension = HUGE_VAL});
+mpm::Law const grains = mpm::MuOfI{{{1e6, 0.3}}, 0.38, 0.64, 0.279, 1e-3, 2600};
 mpm::Law const elastic = mpm::LinearElastic{{1e6, 0.3}};
 using enum mpm::BasisKind;
 
@@ -203,6 +216,11 @@ TEST_CASE("packed_step: four points at a time do what one at a time does, with e
                           {"loads", dry, true, true, true, gimp, 0.99, 2, 2, true},
                           {"loads, usl", dry, false, true, false, gimp, 0.99, 0, 2, true},
                           {"elastic, usl", elastic, false, true, false, gimp, 0.99, 1, 2},
+                          {"cone", dry_cone, true, true, true, gimp, 0.99, 0, 2},
+                          {"cone cut off", cut_cone, false, true, false, spline, 0.99, 0, 2},
+                          {"cone of clay", clay_cone, true, true, true, gimp, 0.99, 0, 2},
+                          {"mu(I)", grains, true, true, true, gimp, 0.99, 0, 2},
+                          {"mu(I), usl", grains, false, true, false, gimp, 0.99, 2, 2},
                           {"frame", dry, true, true, true, gimp, 0.99, 0, 2, false, true},
                           {"frame, usl", dilating, false, false, false, spline, 0.95, 0, 2, false, true},
                           {"frame, loads", dry, true, true, true, gimp, 0.99, 2, 2, true, true}})
@@ -217,6 +235,9 @@ TEST_CASE("packed_step: so they do in space")
                           {"dilation, spline", dilating, true, true, false, spline, 0.99, 0, 2},
                           {"clay", clay, true, true, true, gimp, 0.99, 0, 2},
                           {"elastic", elastic, true, false, false, gimp, 1, 0, 2},
+                          {"cone", dry_cone, true, true, true, gimp, 0.99, 0, 2},
+                          {"cone cut off", cut_cone, false, true, false, gimp, 0.99, 0, 2},
+                          {"mu(I)", grains, true, true, true, gimp, 0.99, 0, 2},
                           {"frame, loads", dry, true, true, true, gimp, 0.99, 2, 2, true, true}})
         compare<3>(k, 0.02);
 }
