@@ -278,7 +278,7 @@ void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span
         });
     else if (gathered)
         each_slice([&](std::size_t slice) { nodes_.pass_light_nodes(slice, setup); });
-    each_chunk([&](Chunk& c, Planes<D> const& box) {
+    each_chunk([&](Chunk& c, Planes<D> const& box) {  // musl always gathers
         gathered ? gradients<D, true, shared, rings>(points_, c.points, setup, shape, dt, box, nodes)
                  : gradients<D, musl, shared, rings>(points_, c.points, setup, shape, dt, box, nodes);
     });

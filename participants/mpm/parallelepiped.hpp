@@ -39,6 +39,10 @@ void set_apart(Mat<D>& edges)
     Eigen::SelfAdjointEigenSolver<Mat<D>> const own(cosines);
     auto const& value = own.eigenvalues().array();
     if (value[0] >= flattest) return;
+    if (value[0] < 1e-10) {  // parallel to rounding: no direction is left to keep
+        edges.setIdentity();
+        return;
+    }
     double const share = (flattest - value[0]) / (1 - value[0]);
     Vec<D> const scale = (((1 - share) * value + share) / value).sqrt();
     edges = (edges * own.eigenvectors() * scale.asDiagonal() * own.eigenvectors().transpose()).eval();

@@ -160,6 +160,8 @@ TEST_CASE("parallelepiped: edges are those of F, at most a cell long, not flat, 
     mpm::Vec<2> const one = flat.col(0).normalized(), other = flat.col(1).normalized();
     CHECK(one.dot(other) == close_to(1 - mpm::flattest));
     CHECK(flat.col(1).norm() == close_to(1));
+    F(0, 1) = 1e9;
+    CHECK((mpm::half_edges(setup, point, place) - mpm::Mat<2>(mpm::Vec<2>(0.25, 1).asDiagonal())).norm() < rounding);
     setup.symmetry = mpm::Symmetry::axial;
     F.topLeftCorner<2, 2>() << 2, 1, 0, 1;
     mpm::Mat<2> const beside = mpm::half_edges(setup, point, mpm::Vec<2>(0.03, 1));
