@@ -67,11 +67,16 @@ struct Spline
     }
 };
 
+//! No product of the axes (parallelepiped.hpp).
+struct Cpdi
+{};
+
 enum class BasisKind
 {
     gimp,
     linear,
-    spline
+    spline,
+    cpdi
 };
 
 }  // namespace mpm

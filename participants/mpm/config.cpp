@@ -64,11 +64,25 @@ void read_domain(sluice::Reader& r, Config& c)
     if (nodes > most_nodes) r.problem("cell", format("= %g m makes %.3g nodes (at most 1e9).", c.cell, nodes));
 }
 
-void read_scheme(sluice::Reader& r, Config& c)
+void read_basis(sluice::Reader& r, Config& c, Beside const& beside)
 {
     c.points = static_cast<int>(r.integer_or("points", c.points, {.min = 1, .max = 16}));
-    c.basis = static_cast<BasisKind>(r.choice_or("basis", 0, {"gimp", "linear", "spline"}));
+    c.basis = static_cast<BasisKind>(r.choice_or("basis", 0, {"gimp", "linear", "spline", "cpdi"}));
     c.width = static_cast<Width>(r.choice_or("width", 0, {"fixed", "stretch"}));
+    if (c.basis != BasisKind::cpdi) return;
+    auto const refuse = [&](char const* key, bool where, char const* text) {
+        if (where) r.refuse(key, text);
+    };
+    refuse("width", c.width == Width::stretch,
+           "beside basis = cpdi (its points follow all of F). Leave width out, or try basis: gimp.");
+    refuse("basis", beside.grains,
+           "beside a partner's grains (their contact knows points that stay as they were). Try basis: gimp.");
+    refuse("basis", r.has("plates"),
+           "beside plates (their contact knows points that stay as they were). Try basis: gimp, or walls.");
+}
+
+void read_scheme(sluice::Reader& r, Config& c)
+{
     c.scheme = static_cast<Scheme>(r.choice_or("scheme", 0, {"musl", "usl"}));
     c.flip = r.number_or("flip", c.flip, {.min = 0.0, .max = 1.0});
     bool const hats = c.basis == BasisKind::linear;
@@ -92,7 +106,8 @@ void read_symmetry(sluice::Reader& r, Config& c, Beside const& beside)
     };
     refuse(c.dimension != 2, "dimension: 3 (needs 2: x is the radius, y along the axis). Leave it out.");
     refuse(c.origin[0] < 0, "a domain that reaches beyond the axis x = 0 (needs domain.origin: [0, ...] or above).");
-    refuse(c.basis != BasisKind::gimp, "another basis than gimp (its weights are made for rings). Leave basis out.");
+    refuse(c.basis == BasisKind::linear || c.basis == BasisKind::spline,
+           "basis: linear or spline (no weights of rings are known). Leave basis out, or try cpdi.");
     refuse(c.gravity[0] != 0, "gravity across the axis (needs [0, g]).");
     refuse(beside.grains, "a partner's grains (discs of the plane are no rings). Couple in space.");
     refuse(beside.fluid, "a partner's fluid (it has no axis). Couple in the plane or in space.");
@@ -140,7 +155,9 @@ void read_walls(sluice::Reader& r, Config& c, Beside const& beside)
         auto const refuse = [&](bool where, char const* what) {
             if (where) walls->refuse(name(at), std::string("beside ") + what);
         };
-        refuse(c.size[at / 2] < 3.5 * c.cell && c.cell > 0, "fewer than four cells (a point would meet itself).");
+        int const fewest = c.basis == BasisKind::cpdi ? 2 * (c.dimension + 1) : 4;
+        refuse(c.size[at / 2] < (fewest - 0.5) * c.cell && c.cell > 0,
+               format("fewer than %d cells (a point would meet itself).", fewest).c_str());
         refuse(beside.grains, "a partner's grains (contacts do not reach round). Take another wall.");
         refuse(beside.fluid, "a partner's fluid. Take another wall.");
         refuse(beside.rotation != nullptr, "frame: rotating (its pull differs from side to side).");
@@ -297,6 +314,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     c.gravity = gravity;
     if (beside.rotation) c.rotation = *beside.rotation;
     read_domain(r, c);
+    read_basis(r, c, beside);
     read_scheme(r, c);
     read_symmetry(r, c, beside);
     sluice::Reader material = r.child("material");

@@ -43,9 +43,6 @@ struct FluidConfig
     double porosity = 0;  //!< of the matter at the start [-]
 };
 
-//! Cells a step at the speed of sound: beyond, energy grows (README.md, Limits).
-inline constexpr double largest_courant = 0.6;
-
 //! Everything the solver needs, in SI; made by read_config() or by hand, constant afterwards.
 struct Config
 {

@@ -44,6 +44,7 @@ class DruckerPragerSurface
     //! The larger excess over cone and cut-off [Pa]; <= 0: within.
     double excess(double mean, double shear) const;
     double slope() const { return slope_; }
+    double flow() const { return flow_; }
     double limit() const { return limit_; }  //!< [Pa]
     double tip() const { return tip_; }      //!< largest mean stress [Pa]
 

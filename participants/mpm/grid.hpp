@@ -33,7 +33,7 @@ struct Node
     Vec<D> strain_velocity = Vec<D>::Zero();  //!< of which strain is the gradient [m/s]
 };
 
-//! The nodes that points reach, in the order in which they are reached first; others do not exist. A ring of nodes lies
+//! The nodes that points reach, in the order in which they are reached first; others do not exist. Rings of nodes lie
 //! around the domain.
 template <int D, class N = Node<D>>
 class Grid
@@ -41,11 +41,12 @@ class Grid
  public:
     Grid() = default;
     //! `periodic`: along which axes nodes a whole number of domains apart are one.
-    explicit Grid(std::array<int, D> const& cells, std::array<bool, D> const& periodic = {})
+    explicit Grid(std::array<int, D> const& cells, std::array<bool, D> const& periodic = {}, int rings = 1)
+        : rings_(rings)
     {
         std::size_t all = 1;
         for (std::size_t k = 0; k < D; ++k) {
-            count_[k] = cells[k] + 3;  // sides and ring
+            count_[k] = cells[k] + 1 + 2 * rings;
             period_[k] = periodic[k] ? cells[k] : 0;
             all *= static_cast<std::size_t>(count_[k]);
         }
@@ -78,10 +79,11 @@ class Grid
     {
         std::size_t place = 0;
         for (std::size_t k = D; k-- > 0;)
-            place = place * static_cast<std::size_t>(count_[k]) + static_cast<std::size_t>(index[k] + 1);
+            place = place * static_cast<std::size_t>(count_[k]) + static_cast<std::size_t>(index[k] + rings_);
         return place;
     }
 
+    int rings_ = 1;
     std::array<int, D> count_{}, period_{};
     std::vector<std::int32_t> slot_;
     std::vector<N> nodes_;

@@ -13,21 +13,21 @@ struct Deformed
     bool upright = true;           //!< J > 0, and a number
 };
 
-//! The increment with its cell's change of volume.
-template <int D>
-[[gnu::always_inline]] inline PackMat<D> with_volume_of_cell(PackMat<D> change, Pack mean)
+//! Gives an increment, `around` the axis that of rings, its cell's change of volume.
+template <int D, bool rings>
+[[gnu::always_inline]] inline void take_volume_of_cell(PackMat<D>& change, Pack& around, Pack mean)
 {
-    Pack const own = determinant(change), one = all(1);
+    Pack const own = rings ? determinant(change) * around : determinant(change), one = all(1);
     PackMask const usable = (own > all(0)) & (mean > all(0));
     Pack const by = either(usable, mean / own, one);
     Pack scale;
-    if constexpr (D == 2)
+    if constexpr (shared_axes<D, rings> == 2)
         scale = sluice::packs::root(by);
     else
         for (int lane = 0; lane < 4; ++lane) scale[lane] = std::cbrt(by[lane]);
     for (int a = 0; a < D; ++a)
         for (int b = 0; b < D; ++b) change(a, b) *= scale;
-    return change;
+    if constexpr (rings) around *= scale;
 }
 
 //! v* = L x(n) = L (I + dt L)^-1 x(n+1); of a loose point the turn alone.
@@ -53,7 +53,7 @@ template <int D, bool gaps>
 }
 
 //! Strain and turn of the step about its middle (Increment in tensor.hpp), then the law.
-template <int D, bool affine, bool shared, class Law>
+template <int D, bool affine, bool shared, bool rings, class Law>
 Deformed deform(PackedPoints<D>& p, Range points, double dt, Law const& law, Planes<D> const& nodes)
 {
     using C = PackedColumns<D>;
@@ -64,10 +64,13 @@ Deformed deform(PackedPoints<D>& p, Range points, double dt, Law const& law, Pla
     Pack const bulk = all(law.elasticity.bulk()), wave = all(law.elasticity.wave());
     for (std::size_t k = points.begin; k < points.end; k += 4) {
         PackMat<D> change = one_plus(p.matrix_at(C::change, k), all(1));
-        if constexpr (shared) change = with_volume_of_cell(change, of_cells(p, k, nodes));
+        Pack around = all(1);
+        if constexpr (rings) around += p.at(C::hoop, k);
+        if constexpr (shared) take_volume_of_cell<D, rings>(change, around, of_cells(p, k, nodes));
+        if constexpr (rings) p.set(C::around, k, around * p.at(C::around, k));
         p.set(C::gradient, k, product(change, p.matrix_at(C::gradient, k)));
         if constexpr (affine) carry_slope<D, Law::gaps>(p, k, dt);
-        Pack const before = p.at(C::ratio, k), ratio = before * determinant(change);
+        Pack const before = p.at(C::ratio, k), ratio = before * determinant(change) * around;
         upright &= (ratio > all(0)) & (ratio < all(HUGE_VAL));
         p.set(C::ratio, k, ratio);
         // G = 2 (dF - I)(dF + I)^-1
@@ -84,6 +87,8 @@ Deformed deform(PackedPoints<D>& p, Range points, double dt, Law const& law, Pla
         PackStress<D> const old = s;
         Pack volumetric = g(0, 0);
         for (int a = 1; a < D; ++a) volumetric += g(a, a);
+        Pack hoop{};
+        if constexpr (rings) hoop = all(2) * (around - all(1)) / (around + all(1)), volumetric += hoop;
         Pack pressing = lame * volumetric, relieved{}, gap{}, strain{};
         if constexpr (Law::gaps) {
             gap = p.at(C::gap, k), strain = p.at(C::strain, k);
@@ -95,6 +100,7 @@ Deformed deform(PackedPoints<D>& p, Range points, double dt, Law const& law, Pla
             relieved = all(-1.0 / 3) * closed;
         }
         for (int a = 0; a < 3; ++a) s(a, a) += pressing;
+        if constexpr (rings) s(2, 2) += twice * hoop;
         for (int a = 0; a < D; ++a) {
             s(a, a) += twice * g(a, a);
             for (int b = a + 1; b < D; ++b) s(a, b) += twice * half * (g(a, b) + g(b, a));
@@ -105,6 +111,7 @@ Deformed deform(PackedPoints<D>& p, Range points, double dt, Law const& law, Pla
         Pack const volume = p.at(C::volume, k);
         plastic += volume * ratio * lost;
         Pack power{};
+        if constexpr (rings) power = (old(2, 2) + s(2, 2)) * hoop;
         for (int a = 0; a < D; ++a) {
             power += (old(a, a) + s(a, a)) * g(a, a);
             for (int b = a + 1; b < D; ++b) power += (old(a, b) + s(a, b)) * (g(a, b) + g(b, a));

@@ -10,9 +10,21 @@
 namespace mpm {
 
 template <int D>
-void PackedNodes<D>::lay_out(Planes<D> const& box)
+void PackedNodes<D>::lay_out(Planes<D> const& box, Setup<D> const& setup)
 {
     planes_ = box;
+    rounds_ = {{}};
+    for (std::size_t a = 0; a < D; ++a) {
+        period_[a] = setup.period[static_cast<int>(a)] > 0 ? setup.cells[a] : 0;
+        if (period_[a] == 0) continue;
+        std::vector<std::array<int, D>> all;
+        for (int const way : {-1, 0, 1})
+            for (auto round : rounds_) {
+                round[a] = way * period_[a];
+                all.push_back(round);
+            }
+        rounds_ = all;
+    }
     std::size_t const nodes = box.nodes();
     planes_.plane = nodes + 4;
     if (numbers_.size() < T::count * planes_.plane) numbers_.resize(T::count * planes_.plane);
@@ -43,19 +55,31 @@ void PackedNodes<D>::add(std::size_t slice, std::span<Planes<D> const> boxes, st
     Slice const& own = slices_[slice];
     for (std::size_t q = from; q < from + count; ++q) std::fill(planes_[q] + own.begin, planes_[q] + own.end, 0.0);
     int const line = planes_.first[D - 1] + static_cast<int>(slice);
-    for (Planes<D> const& box : boxes) {
-        if (line < box.first[D - 1] || line >= box.first[D - 1] + box.count[D - 1]) continue;
-        std::array<int, D> row = box.first;
-        row[D - 1] = line;
-        int const rows = D == 2 ? 1 : box.count[1];
-        for (int y = 0; y < rows; ++y) {
-            if constexpr (D == 3) row[1] = box.first[1] + y;
-            std::size_t const in = box.at(row), out = planes_.at(row);
-            for (std::size_t q = from; q < from + count; ++q) {
-                double const* const give = box[q] + in;
-                double* const take = planes_[q] + out;
-                for (int i = 0; i < box.count[0]; ++i) take[i] += give[i];
-            }
+    for (Planes<D> const& box : boxes)
+        for (auto const& round : rounds_) add_box(line, box, round, from, count);
+}
+
+//! Of the nodes `round` beyond those of a line.
+template <int D>
+void PackedNodes<D>::add_box(int line, Planes<D> const& box, std::array<int, D> const& round, std::size_t from,
+                             std::size_t count)
+{
+    std::array<int, D> low, high;
+    for (std::size_t a = 0; a < D; ++a) {
+        low[a] = std::max(planes_.first[a], box.first[a] - round[a]);
+        high[a] = std::min(planes_.first[a] + planes_.count[a], box.first[a] + box.count[a] - round[a]);
+    }
+    if (line < low[D - 1] || line >= high[D - 1] || low[0] >= high[0]) return;
+    low[D - 1] = line, high[D - 1] = line + 1;
+    std::array<int, D> row = low, given;
+    int const last = D == 2 ? low[1] + 1 : high[1];
+    for (; row[1] < last; ++row[1]) {
+        for (std::size_t a = 0; a < D; ++a) given[a] = row[a] + round[a];
+        std::size_t const in = box.at(given), out = planes_.at(row);
+        for (std::size_t q = from; q < from + count; ++q) {
+            double const* const give = box[q] + in;
+            double* const take = planes_[q] + out;
+            for (int i = 0; i < high[0] - low[0]; ++i) take[i] += give[i];
         }
     }
 }
@@ -83,7 +107,8 @@ void PackedNodes<D>::book_loads(std::size_t slice, Setup<D> const& setup, double
     double work = 0;
     for (std::size_t a = 0; a < D; ++a)
         for (std::size_t i = slices_[slice].begin; i < slices_[slice].end; ++i)
-            work += planes_[T::again + a][i] * (planes_[T::before + a][i] + undamped * planes_[T::velocity + a][i]);
+            if (is_first(i))
+                work += planes_[T::again + a][i] * (planes_[T::before + a][i] + undamped * planes_[T::velocity + a][i]);
     slices_[slice].sums.external += 0.5 * dt * work;
 }
 
@@ -110,11 +135,12 @@ void PackedNodes<D>::move(std::size_t slice, Setup<D> const& setup, Field<D> con
         } else {
             v = before + dt * (v + gravity);
         }
-        damped += m * v.squaredNorm();
+        bool const counts = is_first(i);
+        damped += counts ? m * v.squaredNorm() : 0;
         v *= kept;
         set(T::before, i, before), set(T::velocity, i, v), set(T::change, i, v - before);
-        light += m < least;
-        ++reached;
+        light += counts && m < least;
+        reached += counts;
     }
     own.sums.damped = 0.5 * (1 - kept * kept) * damped;
     own.sums.light = light;
@@ -142,7 +168,7 @@ void PackedNodes<D>::hold(std::size_t slice, Setup<D> const& setup, double time)
     Slice& own = slices_[slice];
     own.gripped.clear();
     for (Wall const& wall : setup.walls) {
-        if (wall.removed_at <= time || wall.kind == WallKind::open) continue;
+        if (wall.removed_at <= time || wall.kind == WallKind::open || wall.kind == WallKind::joined) continue;
         auto const axis = static_cast<std::size_t>(wall.axis);
         std::array<int, D> low = planes_.first, high;
         for (std::size_t a = 0; a < D; ++a) high[a] = low[a] + planes_.count[a];
@@ -170,7 +196,7 @@ void PackedNodes<D>::hold_node(std::size_t i, Wall const& wall, Slice& slice)
     if (grip == Grip::none) return;
     slice.gripped.push_back({i, wall.axis, grip});
     set(T::velocity, i, v), set(T::change, i, v - before);
-    if (wall.kind != WallKind::rough) return;
+    if (wall.kind != WallKind::rough || !is_first(i)) return;
     rubbed -= v;
     rubbed[wall.axis] = 0;
     slice.sums.sliding += 0.5 * planes_[T::mass][i] * rubbed.dot(before + v);

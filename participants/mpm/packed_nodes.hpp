@@ -22,8 +22,9 @@ class PackedNodes
         std::int64_t light = 0, reached = 0;           //!< nodes
     };
 
-    //! A box of nodes. What is on them is not defined until a slice is worked on.
-    void lay_out(Planes<D> const& box);
+    //! A box of nodes. What is on them is not defined until a slice is worked on. Across joined sides nodes a domain
+    //! apart are one: each of them has all that is given to any, so that points need not go round.
+    void lay_out(Planes<D> const& box, Setup<D> const& setup);
     Planes<D> const& planes() const { return planes_; }
     std::size_t slices() const { return slices_.size(); }
     Sums sums() const;
@@ -70,8 +71,20 @@ class PackedNodes
         for (int a = 0; a < D; ++a) planes_[plane + static_cast<std::size_t>(a)][node] = v[a];
     }
     void hold_node(std::size_t node, Wall const& wall, Slice& slice);
+    void add_box(int line, Planes<D> const& box, std::array<int, D> const& round, std::size_t from, std::size_t count);
+    //! Whether no other node is the same one and comes before; sums take one.
+    bool is_first(std::size_t node) const
+    {
+        if (rounds_.size() == 1) return true;
+        auto const index = planes_.index(node);
+        for (std::size_t a = 0; a < D; ++a)
+            if (period_[a] > 0 && index[a] - period_[a] >= planes_.first[a]) return false;
+        return true;
+    }
 
     Planes<D> planes_;
+    std::array<int, D> period_{};             //!< of joined sides, in nodes; 0: none
+    std::vector<std::array<int, D>> rounds_;  //!< ways to the nodes that are the same, none included, in their order
     std::vector<double> numbers_;
     std::vector<Slice> slices_;
 };

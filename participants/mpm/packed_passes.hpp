@@ -76,20 +76,24 @@ template <int D>
 {
     return p.at(PackedColumns<D>::volume, k) * p.at(PackedColumns<D>::ratio, k);
 }
-//! Of the D x D part.
-template <int D>
+//! How many axes share the change of volume of a cell.
+template <int D, bool rings>
+constexpr int shared_axes = rings ? 3 : D;
+
+//! Of those axes.
+template <int D, bool rings>
 [[gnu::always_inline]] inline Pack mean_of(PackStress<D> const& s)
 {
     Pack sum = s(0, 0);
-    for (int a = 1; a < D; ++a) sum += s(a, a);
-    return all(1.0 / D) * sum;
+    for (int a = 1; a < shared_axes<D, rings>; ++a) sum += s(a, a);
+    return all(1.0 / shared_axes<D, rings>) * sum;
 }
 
-template <int D>
+template <int D, bool rings>
 void mean_stress_to_cells(PackedPoints<D> const& p, Range points, Planes<D> const& box)
 {
     for (std::size_t k = points.begin; k < points.end; k += 4)
-        add_to_cells(p, k, volume_now(p, k), mean_of(p.stress_at(k)), box);
+        add_to_cells(p, k, volume_now(p, k), mean_of<D, rings>(p.stress_at(k)), box);
 }
 
 //! In m/s a cell.
@@ -103,8 +107,8 @@ template <int D>
 }
 
 //! Returns the kinetic energy of the points.
-template <int D, bool affine, bool shared>
-double to_grid(PackedPoints<D> const& p, Range points, double half_width, double cell, Planes<D> const& box,
+template <int D, bool affine, bool shared, bool rings>
+double to_grid(PackedPoints<D> const& p, Range points, Shape const& shape, double cell, Planes<D> const& box,
                Planes<D> const& nodes)
 {
     using C = PackedColumns<D>;
@@ -113,7 +117,7 @@ double to_grid(PackedPoints<D> const& p, Range points, double half_width, double
     Pack kinetic{};
     auto const offset = box.rows();
     for (std::size_t k = points.begin; k < points.end; k += 4) {
-        Weights<D> const weights(p.vector_at(C::cell, k), half_width);
+        Weights<D, rings> const weights(p.vector_at(C::cell, k), shape);
         Pack const mass = p.at(C::mass, k);
         PackVec<D> const velocity = p.vector_at(C::velocity, k);
         kinetic = madd(mass, dot(velocity, velocity), kinetic);
@@ -122,12 +126,14 @@ double to_grid(PackedPoints<D> const& p, Range points, double half_width, double
         Momentum<D, affine> const momentum(weights, mass, velocity, slope);
         PackStress<D> s = p.stress_at(k);
         if constexpr (shared) {
-            Pack const shift = of_cells(p, k, nodes) - mean_of(s);
-            for (int a = 0; a < D; ++a) s(a, a) += shift;
+            Pack const shift = of_cells(p, k, nodes) - mean_of<D, rings>(s);
+            for (int a = 0; a < shared_axes<D, rings>; ++a) s(a, a) += shift;
         }
         Pack const pull = all(-1 / cell) * volume_now(p, k);
-        Pack m[rows], along[D][rows], across[D][rows];
+        Pack m[rows], along[D][rows], across[D][rows], around[rows];
         for (int r = 0; r < rows; ++r) m[r] = mass * weights.across[r];
+        if constexpr (rings)
+            for (int r = 0; r < rows; ++r) around[r] = pull * s(2, 2) * weights.across[r];
         for (int a = 0; a < D; ++a)
             for (int r = 0; r < rows; ++r) {
                 along[a][r] = pull * s(0, a) * weights.across[r];
@@ -148,7 +154,9 @@ double to_grid(PackedPoints<D> const& p, Range points, double half_width, double
                 double* const plane = to + (G::force + static_cast<std::size_t>(a)) * box.plane;
                 for (int r = 0; r < rows; ++r) {
                     double* const there = plane + offset[static_cast<std::size_t>(r)];
-                    Pack const sum = madd(w, all(across[a][r][lane]), load(there));
+                    Pack sum = madd(w, all(across[a][r][lane]), load(there));
+                    if constexpr (rings)
+                        if (a == 0) sum = madd(weights.hoop[lane], all(around[r][lane]), sum);
                     store(there, madd(slope_x, all(along[a][r][lane]), sum));
                 }
             }
@@ -158,13 +166,13 @@ double to_grid(PackedPoints<D> const& p, Range points, double half_width, double
 }
 
 //! Forces on the points, one for each in the order of the state, on the planes of a momentum.
-template <int D>
-void loads_to_grid(PackedPoints<D> const& p, std::span<Vec<D> const> loads, Range points, double half_width,
+template <int D, bool rings>
+void loads_to_grid(PackedPoints<D> const& p, std::span<Vec<D> const> loads, Range points, Shape const& shape,
                    Planes<D> const& box)
 {
     auto const offset = box.rows();
     for (std::size_t k = points.begin; k < points.end; k += 4) {
-        Weights<D> const weights(p.vector_at(PackedColumns<D>::cell, k), half_width);
+        Weights<D, rings> const weights(p.vector_at(PackedColumns<D>::cell, k), shape);
         PackVec<D> force;
         for (std::size_t lane = 0; lane < 4 && k + lane < p.size(); ++lane)
             for (int a = 0; a < D; ++a) force[a][lane] = loads[static_cast<std::size_t>(p.order()[k + lane])][a];
@@ -179,22 +187,23 @@ void loads_to_grid(PackedPoints<D> const& p, std::span<Vec<D> const> loads, Rang
 struct Moved
 {
     double kinetic = 0, field = 0;  //!< energy, work [J]; plane: per metre
+    double round = 0;               //!< work of the field on what went round joined sides [J]
     bool inside = true;
 };
 
 //! `room`: lowest and highest corner of where points may be [m].
-template <int D, bool affine, bool musl, bool turning>
-Moved to_points(PackedPoints<D>& p, Range points, Setup<D> const& setup, Field<D> const& field, double half_width,
+template <int D, bool affine, bool musl, bool turning, bool rings>
+Moved to_points(PackedPoints<D>& p, Range points, Setup<D> const& setup, Field<D> const& field, Shape const& shape,
                 double dt, std::pair<Vec<D>, Vec<D>> const& room, Planes<D> const& box, Planes<D> const& nodes)
 {
     using C = PackedColumns<D>;
     using T = Taken<D>;
-    Pack kinetic{}, fallen{};
+    Pack kinetic{}, fallen{}, rounded{};
     PackMask inside = all(0) == all(0);
     auto const offset = nodes.rows(), box_offset = box.rows();
     Pack const flip = all(setup.flip), pic = all(1 - setup.flip), step = all(dt);
     for (std::size_t k = points.begin; k < points.end; k += 4) {
-        Weights<D> const weights(p.vector_at(C::cell, k), half_width);
+        Weights<D, rings> const weights(p.vector_at(C::cell, k), shape);
         FourIndices const at = nodes.at(weights.first());
         constexpr bool slopes = affine || !musl;
         PackVec<D> carried, velocity = p.vector_at(C::velocity, k);
@@ -215,12 +224,18 @@ Moved to_points(PackedPoints<D>& p, Range points, Setup<D> const& setup, Field<D
             if constexpr (slopes)
                 for (int b = 0; b < D; ++b) slope(a, b) = v.slope[b];
         }
+        if constexpr (rings) carried[0] = weights.radius * gather_hoop(nodes[T::velocity], at, offset, weights);
         Pack const mass = p.at(C::mass, k);
         p.set(C::velocity, k, velocity);
         kinetic = madd(mass, dot(velocity, velocity), kinetic);
         PackVec<D> place = p.vector_at(C::place, k), fall;
         for (int a = 0; a < D; ++a) {
             place[a] += step * carried[a];
+            if (double const length = setup.period[a]; length > 0) {
+                Pack const round = all(-length) * sluice::packs::below((place[a] - all(setup.origin[a])) / all(length));
+                place[a] += round;
+                rounded -= mass * all(setup.gravity[a]) * round;
+            }
             fall[a] = all(setup.gravity[a]);
             inside &= (place[a] >= all(room.first[a])) & (place[a] <= all(room.second[a]));
         }
@@ -244,12 +259,13 @@ Moved to_points(PackedPoints<D>& p, Range points, Setup<D> const& setup, Field<D
                 momentum.add(lane, weights.w[lane], box[Given<D>::again] + to[lane], box.plane, box_offset);
         }
     }
-    return {0.5 * sluice::packs::sum(kinetic), sluice::packs::sum(fallen), sluice::packs::bits(inside) == 15U};
+    return {0.5 * sluice::packs::sum(kinetic), sluice::packs::sum(fallen), sluice::packs::sum(rounded),
+            sluice::packs::bits(inside) == 15U};
 }
 
 //! The increment of the deformation gradient, from the nodes' velocities or from the gradients that points have.
-template <int D, bool gathered, bool shared>
-void gradients(PackedPoints<D>& p, Range points, Setup<D> const& setup, double half_width, double dt,
+template <int D, bool gathered, bool shared, bool rings>
+void gradients(PackedPoints<D>& p, Range points, Setup<D> const& setup, Shape const& shape, double dt,
                Planes<D> const& box, Planes<D> const& nodes)
 {
     using C = PackedColumns<D>;
@@ -257,8 +273,10 @@ void gradients(PackedPoints<D>& p, Range points, Setup<D> const& setup, double h
     for (std::size_t k = points.begin; k < points.end; k += 4) {
         PackMat<D> change;
         if constexpr (gathered) {
-            Weights<D> const weights(p.vector_at(C::cell, k), half_width);
+            Weights<D, rings> const weights(p.vector_at(C::cell, k), shape);
             FourIndices const at = nodes.at(weights.first());
+            if constexpr (rings)
+                p.set(C::hoop, k, all(dt / setup.cell) * gather_hoop(nodes[Taken<D>::strain], at, offset, weights));
             for (int a = 0; a < D; ++a) {
                 auto const plane = Taken<D>::strain + static_cast<std::size_t>(a);
                 auto const u = gather<D, false, true>(nodes[plane], at, offset, weights);
@@ -270,7 +288,11 @@ void gradients(PackedPoints<D>& p, Range points, Setup<D> const& setup, double h
                 for (int b = 0; b < D; ++b) change(a, b) *= all(dt);
         }
         p.set(C::change, k, change);
-        if constexpr (shared) add_to_cells(p, k, volume_now(p, k), determinant(one_plus(change, all(1))), box);
+        if constexpr (shared) {
+            Pack volume = determinant(one_plus(change, all(1)));
+            if constexpr (rings) volume *= all(1) + p.at(C::hoop, k);
+            add_to_cells(p, k, volume_now(p, k), volume, box);
+        }
     }
 }
 

@@ -20,6 +20,7 @@ void each_number(P& p, Each&& each)
             each(C::slope + at, p.slope(a, b)), each(C::gradient + at, m.gradient(a, b));
         }
     }
+    if (D == 2) each(C::around, m.gradient(2, 2));
     each(C::mass, p.mass), each(C::volume, p.volume), each(C::ratio, m.ratio);
     for (int i = 0; i < 3; ++i)
         for (int j = i; j < std::max(D, i + 1); ++j) each(C::stress + PackStress<D>::at(i, j), m.stress(i, j));
@@ -65,7 +66,7 @@ void PackedPoints<D>::place_fillers()
             column_[C::place + a][k] = column_[C::place + a][size() - 1];
             column_[C::gradient + a * D + a][k] = 1;
         }
-        column_[C::ratio][k] = 1;
+        column_[C::ratio][k] = column_[C::around][k] = 1;
     }
 }
 

@@ -25,12 +25,14 @@ struct PackedColumns
         ratio,                                     // J [-]
         stress,                                    // [Pa]
         gradient = stress + PackStress<D>::count,  // deformation gradient [-]
-        strain = gradient + D * D,                 // plastic [-]
+        around = gradient + D * D,                 // of the plane, its part across: around the axis [-]
+        strain,                                    // plastic [-]
         gap,                                       // [-]
         kept,
-        cell = kept,        // place at the start of the step, in cells from node 0
-        change = cell + D,  // increment of the deformation gradient, less the identity [-]
-        count = change + D * D
+        cell = kept,            // place at the start of the step, in cells from node 0
+        change = cell + D,      // increment of the deformation gradient, less the identity [-]
+        hoop = change + D * D,  // the same around the axis, of rings [-]
+        count
     };
 };
 

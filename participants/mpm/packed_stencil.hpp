@@ -65,20 +65,27 @@ struct Planes
     }
 };
 
+//! Of all points [cells].
+struct Shape
+{
+    double half_width = 0;
+    double radius = 0;  //!< of node 0, of rings
+};
+
 //! Of gimp, from a point in cells; a spline is a gimp whose points are a cell wide. Slopes per cell.
 struct AxisWeights
 {
     Pack first;  //!< lowest of the three nodes
-    Pack from;   //!< distance from it, 1/2 to 3/2 [cells]
+    Pack from;   //!< distance from it, 1/2 to 3/2 [cells]; of rings that of the middle of their mass
     Pack w[3], s[3];
 
     AxisWeights() = default;
-    AxisWeights(Pack place, double half_width)
+    AxisWeights(Pack place, double half_width) : AxisWeights(place, all(half_width), all(1 / (2 * half_width))) {}
+    AxisWeights(Pack place, Pack l, Pack per_width)
     {
         first = sluice::packs::below(place - all(0.5));
         from = place - first;
-        Pack const l = all(half_width), width = all(2 * half_width), one = all(1), zero{};
-        Pack const per_width = all(1 / (2 * half_width));
+        Pack const width = l + l, one = all(1), zero{};
         auto const outer = [&](Pack distance, Pack& weight, Pack& slope) {
             Pack const in = sluice::packs::smaller(sluice::packs::larger(one + l - distance, zero), width);
             slope = in * per_width;
@@ -92,21 +99,42 @@ struct AxisWeights
     }
 };
 
+//! moments_of_hat() of axial.hpp: what radial means add to the weight and slope of a node d cells away.
+[[gnu::always_inline]] inline void add_moments(Pack d, Pack l, Pack per_width, Pack per_radius, Pack& weight,
+                                               Pack& slope)
+{
+    using sluice::packs::larger, sluice::packs::smaller;
+    Pack const one = all(1), zero{};
+    for (int side : {-1, 1}) {
+        Pack const rise = all(-side), from = larger(-l, (side < 0 ? -one : zero) - d);
+        Pack const to =
+            larger(from, smaller(l, (side < 0 ? zero : one) - d));  // nothing where it ends before it begins
+        Pack const square = all(0.5) * (to * to - from * from),
+                   cube = all(1.0 / 3) * (to * to * to - from * from * from);
+        Pack const share = per_width * per_radius;
+        weight += share * ((one + rise * d) * square + rise * cube);
+        slope += share * rise * square;
+    }
+}
+
 //! Weights of the nodes of four points: along x as rows of three nodes, one pack a point; across x one pack for each of
 //! the rows, one lane a point.
-template <int D>
+template <int D, bool rings = false>
 struct Weights
 {
     static constexpr int rows = rows_of_nodes<D>;
 
     AxisWeights axis[D];
-    Pack w[4], s[4];          //!< of each point; slopes along x
-    Pack across[rows];        //!< product of the other axes' weights
-    Pack slope[D - 1][rows];  //!< its derivatives along the other axes
+    Pack radius;               //!< of rings [cells]
+    Pack hoop[rings ? 4 : 1];  //!< of each point, along x: stretch around the axis [1/cell]
+    Pack w[4], s[4];           //!< of each point; slopes along x
+    Pack across[rows];         //!< product of the other axes' weights
+    Pack slope[D - 1][rows];   //!< its derivatives along the other axes
 
-    [[gnu::always_inline]] Weights(PackVec<D> const& place, double half_width)
+    [[gnu::always_inline]] Weights(PackVec<D> const& place, Shape const& shape)
     {
-        for (int a = 0; a < D; ++a) axis[a] = AxisWeights(place[a], half_width);
+        for (int a = rings ? 1 : 0; a < D; ++a) axis[a] = AxisWeights(place[a], shape.half_width);
+        if constexpr (rings) turn_around(place[0], shape);
         AxisWeights const& x = axis[0];
         for (int j = 0; j < 3; ++j) w[j] = x.w[j], s[j] = x.s[j];
         w[3] = s[3] = Pack{};
@@ -128,6 +156,24 @@ struct Weights
         for (int a = 0; a < D; ++a) node[a] = axis[a].first;
         return node;
     }
+
+ private:
+    //! Means over the volume of rings (axial.hpp).
+    [[gnu::always_inline]] void turn_around(Pack place, Shape const& shape)
+    {
+        radius = place + all(shape.radius);
+        Pack const l = sluice::packs::smaller(all(shape.half_width), radius), per_width = all(0.5) / l;
+        Pack const per_radius = all(1) / radius;
+        AxisWeights& x = axis[0];
+        x = AxisWeights(place, l, per_width);
+        for (int j = 0; j < 3; ++j) {
+            hoop[j] = x.w[j] * per_radius;
+            add_moments(x.from - all(j), l, per_width, per_radius, x.w[j], x.s[j]);
+        }
+        hoop[3] = Pack{};
+        sluice::packs::transpose(hoop[0], hoop[1], hoop[2], hoop[3]);
+        x.from = madd(all(1.0 / 3) * l * l, per_radius, x.from);
+    }
 };
 
 //! Momentum as it lies on the nodes of a point: m w (v + L (node - place)).
@@ -140,7 +186,9 @@ struct Momentum
     Pack along[D][rows];  //!< from node to node
 
     //! `slope` of the velocity in m/s a cell.
-    [[gnu::always_inline]] Momentum(Weights<D> const& weights, Pack mass, PackVec<D> velocity, PackMat<D> const& slope)
+    template <bool rings>
+    [[gnu::always_inline]] Momentum(Weights<D, rings> const& weights, Pack mass, PackVec<D> velocity,
+                                    PackMat<D> const& slope)
     {
         Pack m[rows];
         for (int r = 0; r < rows; ++r) m[r] = mass * weights.across[r];
@@ -182,10 +230,10 @@ struct Gathered
     Pack value{};
     PackVec<D> slope;
 };
-template <int D, bool values, bool slopes>
+template <int D, bool values, bool slopes, bool rings>
 [[gnu::always_inline]] inline Gathered<D> gather(double const* plane, FourIndices at,
                                                  std::array<std::size_t, rows_of_nodes<D>> const& offset,
-                                                 Weights<D> const& weights)
+                                                 Weights<D, rings> const& weights)
 {
     Pack value[4], along[D][4];
     for (int k = 0; k < 4; ++k) {
@@ -209,6 +257,21 @@ template <int D, bool values, bool slopes>
         for (int b = 0; b < D; ++b)
             out.slope[b] = sluice::packs::sums(along[b][0], along[b][1], along[b][2], along[b][3]);
     return out;
+}
+
+//! Sum of hoop x value: stretch around the axis [1/cell].
+[[gnu::always_inline]] inline Pack gather_hoop(double const* plane, FourIndices at,
+                                               std::array<std::size_t, rows_of_nodes<2>> const& offset,
+                                               Weights<2, true> const& weights)
+{
+    Pack value[4];
+    for (int k = 0; k < 4; ++k) {
+        Pack sum{};
+        for (int r = 0; r < rows_of_nodes<2>; ++r)
+            sum = madd(load(plane + at[k] + offset[static_cast<std::size_t>(r)]), all(weights.across[r][k]), sum);
+        value[k] = weights.hoop[k] * sum;
+    }
+    return sluice::packs::sums(value[0], value[1], value[2], value[3]);
 }
 
 }  // namespace mpm

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "coupler/base/team.hpp"
+#include "participants/mpm/packed_cones.hpp"
 #include "participants/mpm/packed_deform.hpp"
 #include "participants/mpm/room.hpp"
 
@@ -20,6 +21,23 @@ constexpr double most_nodes_of_a_point = 50;
 //! them, and reaches few nodes.
 template <int D>
 constexpr int tile = D == 2 ? 16 : 4;
+
+PackedElastic packed_law(LinearElastic const& law, double)
+{
+    return PackedElastic(law);
+}
+PackedMohrCoulomb packed_law(MohrCoulomb const& law, double)
+{
+    return PackedMohrCoulomb(law);
+}
+PackedDruckerPrager packed_law(DruckerPrager const& law, double)
+{
+    return PackedDruckerPrager(law);
+}
+PackedMuOfI packed_law(MuOfI const& law, double dt)
+{
+    return {law, dt};
+}
 
 }  // namespace
 
@@ -46,9 +64,10 @@ PackedStep<D>::~PackedStep() = default;
 template <int D>
 bool PackedStep<D>::serves(Setup<D> const& setup)
 {
-    return setup.basis != BasisKind::linear && setup.width == Width::fixed && setup.tractions.empty() &&
-           (std::holds_alternative<MohrCoulomb>(setup.law) || std::holds_alternative<LinearElastic>(setup.law)) &&
-           setup.symmetry == Symmetry::plane && setup.period.isZero(0) && !setup.one_at_a_time;
+    return (setup.basis == BasisKind::gimp || setup.basis == BasisKind::spline) && setup.width == Width::fixed &&
+           setup.tractions.empty() && !std::holds_alternative<NeoHookean>(setup.law) &&
+           (setup.symmetry == Symmetry::plane || (setup.affine && setup.scheme == Scheme::musl)) &&
+           !setup.one_at_a_time;
 }
 
 template <int D>
@@ -126,7 +145,7 @@ bool PackedStep<D>::lay_out(Setup<D> const& setup)
     double whole = 1;
     for (int const n : around.count) whole *= n;
     if (nodes + whole > most_nodes_of_a_point * static_cast<double>(points_.size()) + 1e4) return false;
-    nodes_.lay_out(around);
+    nodes_.lay_out(around, setup);
     return true;
 }
 
@@ -180,11 +199,11 @@ void PackedStep<D>::touch_grains(Setup<D> const& setup, double time, double dt, 
 }
 
 template <int D>
-template <bool affine, bool shared, class Law>
+template <bool affine, bool shared, bool rings, class Law>
 void PackedStep<D>::deform(double dt, Law const& law)
 {
     each_chunk([&](Chunk& c, Planes<D> const&) {
-        auto const d = packed::deform<D, affine, shared>(points_, c.points, dt, law, nodes_.planes());
+        auto const d = packed::deform<D, affine, shared, rings>(points_, c.points, dt, law, nodes_.planes());
         c.outcome.stress = d.work;
         c.outcome.booked.plastic = d.plastic;
         c.outcome.speed = d.speed;
@@ -193,11 +212,11 @@ void PackedStep<D>::deform(double dt, Law const& law)
 }
 
 template <int D>
-template <bool affine, bool musl, bool shared>
+template <bool affine, bool musl, bool shared, bool rings>
 void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span<Vec<D> const> loads,
                         GrainContacts<D>& grains, Outcome& outcome)
 {
-    double const half_width = setup.basis == BasisKind::spline ? 0.5 : setup.half_width;
+    Shape const shape{setup.basis == BasisKind::spline ? 0.5 : setup.half_width, setup.origin[0] / setup.cell};
     Planes<D> const& nodes = nodes_.planes();
     auto const forget = [](Planes<D> const& box, std::size_t from, std::size_t count) {
         std::fill_n(box[from], count * box.plane, 0.0);
@@ -207,7 +226,7 @@ void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span
         if (c.numbers.size() < G::count * box.plane) c.numbers.resize(G::count * box.plane);
         box.data = c.numbers.data();
         forget(box, 0, G::count);
-        if constexpr (shared) mean_stress_to_cells(points_, c.points, box);
+        if constexpr (shared) mean_stress_to_cells<D, rings>(points_, c.points, box);
     });
     auto const share_mean = [&](std::size_t slice) {
         nodes_.add(slice, boxes_, G::volume, 2);
@@ -216,8 +235,8 @@ void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span
     if constexpr (shared) each_slice(share_mean);
     each_chunk([&](Chunk& c, Planes<D> const& box) {
         if constexpr (shared) forget(box, G::volume, 2);
-        c.outcome.kinetic_before = to_grid<D, affine, shared>(points_, c.points, half_width, setup.cell, box, nodes);
-        if (!loads.empty()) loads_to_grid(points_, loads, c.points, half_width, box);
+        c.outcome.kinetic_before = to_grid<D, affine, shared, rings>(points_, c.points, shape, setup.cell, box, nodes);
+        if (!loads.empty()) loads_to_grid<D, rings>(points_, loads, c.points, shape, box);
     });
     Field<D> const field(setup, time, dt);
     each_slice([&](std::size_t slice) {
@@ -241,11 +260,13 @@ void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span
     auto const room = room_of<D>(setup);
     each_chunk([&](Chunk& c, Planes<D> const& box) {
         if (!loads.empty()) forget(box, G::again, D);
-        auto const moved =
-            setup.frame
-                ? to_points<D, affine, musl, true>(points_, c.points, setup, field, half_width, dt, room, box, nodes)
-                : to_points<D, affine, musl, false>(points_, c.points, setup, field, half_width, dt, room, box, nodes);
+        auto const move = [&]<bool turning>() {
+            return to_points<D, affine, musl, turning, rings>(points_, c.points, setup, field, shape, dt, room, box,
+                                                              nodes);
+        };
+        Moved const moved = setup.frame ? move.template operator()<!rings>() : move.template operator()<false>();
         c.outcome.kinetic_after = moved.kinetic;
+        c.outcome.booked.field_work = moved.round;
         c.outcome.field = moved.field;
         c.outcome.all_inside = moved.inside;
     });
@@ -257,15 +278,16 @@ void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span
         });
     else if (gathered)
         each_slice([&](std::size_t slice) { nodes_.pass_light_nodes(slice, setup); });
-    each_chunk([&](Chunk& c, Planes<D> const& box) {
-        gathered ? gradients<D, true, shared>(points_, c.points, setup, half_width, dt, box, nodes)
-                 : gradients<D, false, shared>(points_, c.points, setup, half_width, dt, box, nodes);
+    each_chunk([&](Chunk& c, Planes<D> const& box) {  // musl always gathers
+        gathered ? gradients<D, true, shared, rings>(points_, c.points, setup, shape, dt, box, nodes)
+                 : gradients<D, musl, shared, rings>(points_, c.points, setup, shape, dt, box, nodes);
     });
     if constexpr (shared) each_slice(share_mean);
-    if (auto const* law = std::get_if<MohrCoulomb>(&setup.law))
-        deform<affine, shared>(dt, PackedMohrCoulomb(*law));
-    else
-        deform<affine, shared>(dt, PackedElastic(std::get<LinearElastic>(setup.law)));
+    std::visit(
+        [&](auto const& law) {
+            if constexpr (requires { packed_law(law, dt); }) deform<affine, shared, rings>(dt, packed_law(law, dt));
+        },
+        setup.law);
 }
 
 template <int D>
@@ -275,12 +297,15 @@ bool PackedStep<D>::go(Setup<D> const& setup, double time, std::int64_t steps, d
     if (steps % sorted_every == 0) sort(setup);
     if (!lay_out(setup)) return false;
     outcome = {};
-    auto const pick = [&]<bool affine, bool musl>() {
-        setup.shared_volume ? run<affine, musl, true>(setup, time, dt, loads, grains, outcome)
-                            : run<affine, musl, false>(setup, time, dt, loads, grains, outcome);
+    auto const pick = [&]<bool affine, bool musl, bool rings = false>()
+    {
+        setup.shared_volume ? run<affine, musl, true, rings>(setup, time, dt, loads, grains, outcome)
+                            : run<affine, musl, false, rings>(setup, time, dt, loads, grains, outcome);
     };
     bool const musl = setup.scheme == Scheme::musl;
-    if (setup.affine)
+    if (setup.symmetry == Symmetry::axial) {
+        if constexpr (D == 2) pick.template operator()<true, true, true>();
+    } else if (setup.affine)
         musl ? pick.template operator()<true, true>() : pick.template operator()<true, false>();
     else
         musl ? pick.template operator()<false, true>() : pick.template operator()<false, false>();
@@ -289,6 +314,7 @@ bool PackedStep<D>::go(Setup<D> const& setup, double time, std::int64_t steps, d
         outcome.kinetic_before += o.kinetic_before, outcome.kinetic_after += o.kinetic_after;
         outcome.field += o.field, outcome.stress += o.stress;
         outcome.booked.plastic += o.booked.plastic;
+        outcome.booked.field_work += o.booked.field_work;
         outcome.speed = std::max(outcome.speed, o.speed);
         outcome.all_inside &= o.all_inside, outcome.all_upright &= o.all_upright;
     }

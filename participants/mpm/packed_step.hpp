@@ -75,10 +75,10 @@ class PackedStep
     bool lay_out(Setup<D> const& setup);
     void sort(Setup<D> const& setup);
     void touch_grains(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains, Outcome& outcome);
-    template <bool affine, bool musl, bool shared>
+    template <bool affine, bool musl, bool shared, bool rings>
     void run(Setup<D> const& setup, double time, double dt, std::span<Vec<D> const> loads, GrainContacts<D>& grains,
              Outcome& outcome);
-    template <bool affine, bool shared, class Law>
+    template <bool affine, bool shared, bool rings, class Law>
     void deform(double dt, Law const& law);
 
     int threads_;

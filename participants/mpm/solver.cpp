@@ -7,6 +7,7 @@
 
 #include "coupler/base/error.hpp"
 #include "participants/mpm/cell_means.hpp"
+#include "participants/mpm/parallelepiped.hpp"
 #include "participants/mpm/room.hpp"
 #include "participants/mpm/walls.hpp"
 
@@ -50,7 +51,7 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
     : setup_(std::move(setup)),
       state_(std::move(state)),
       packed_(1),
-      grid_(setup_.cells, joined_axes(setup_)),
+      grid_(setup_.cells, joined_axes(setup_), setup_.basis == BasisKind::cpdi ? ring_of_corners<D> : 1),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
 {
@@ -123,9 +124,11 @@ std::string Solver<D>::where(Point<D> const& p) const
 template <int D>
 void Solver<D>::step(double dt)
 {
-    require(dt > 0 && dt <= limit(), [&] {
+    double const longest = largest_courant * limit();
+    require(dt > 0 && dt <= (1 + 1e-9) * longest, [&] {
         return Error("mpm: t = " + number(state_.time) + " s: step = " + number(dt) + " s (must be at most " +
-                         number(limit()) + " s, one cell at " + number(speed_) + " m/s). Try step: auto.",
+                         number(longest) + " s, " + number(largest_courant) + " cells at " + number(speed_) +
+                         " m/s). Try step: auto.",
                      Exit::numerical);
     });
     if (!setup_.plates.empty()) grains_.set_plates(plates_at(setup_, state_.time, dt));
@@ -172,6 +175,7 @@ bool Solver<D>::step_packed(double dt)
     booked.sliding += o.booked.sliding;
     booked.damping += o.booked.damping;
     booked.external_work += o.booked.external_work;
+    booked.field_work += o.booked.field_work;
     if (changes) booked.field_work += potential_energy(setup_, state(), state_.time) - potential + o.field;
     booked.numerical += o.kinetic_before - o.kinetic_after + o.field - o.stress + o.booked.external_work -
                         o.booked.sliding - o.booked.damping;

@@ -32,7 +32,7 @@ class Solver
     void step(double dt);
     //! `courant` cells at the speed of the fastest wave over the fastest point [s].
     double longest_step() const { return setup_.courant * limit(); }
-    //! One cell at that speed [s]; step() refuses more.
+    //! One cell at that speed [s]; step() refuses more than 0.6 of it.
     double limit() const;
 
     //! Whether a point may be there: in the domain, or in a side that is a wall by less than half a cell, where nothing

@@ -89,6 +89,9 @@ enum class Scheme
     usl    //!< strain from the grid's own
 };
 
+//! Cells a step at the speed of sound: beyond, energy grows (README.md, Limits).
+inline constexpr double largest_courant = 0.6;
+
 //! The constant part of a run.
 template <int D>
 struct Setup

@@ -1,8 +1,10 @@
 #include "participants/mpm/transfer.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <type_traits>
 
 #include "participants/mpm/cell.hpp"
+#include "participants/mpm/parallelepiped.hpp"
 #include "participants/mpm/stencil.hpp"
 
 namespace mpm {
@@ -30,7 +32,17 @@ double half_ring(Setup<D> const& setup, Vec<D> const& half_width, Vec<D> const& 
 }
 
 template <int D, class Basis>
-Stencil<D, Basis> stencil_at(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place)
+using StencilOf = std::conditional_t<std::is_same_v<Basis, Cpdi>, Parallelepiped<D>, Stencil<D, Basis>>;
+
+template <int D, class Basis>
+StencilOf<D, Basis> stencil_at(Setup<D> const& setup, Point<D> const& point,
+                               Vec<D> const& place) requires std::is_same_v<Basis, Cpdi>
+{
+    double const radius = setup.symmetry == Symmetry::axial ? place[0] / setup.cell : 0;
+    return {half_edges(setup, point, place), (place - setup.origin) / setup.cell, setup.cell, radius};
+}
+template <int D, class Basis>
+StencilOf<D, Basis> stencil_at(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place)
 {
     Vec<D> half_width = half_width_of(setup, point);
     Vec<D> const in_cells = (place - setup.origin) / setup.cell;
@@ -43,7 +55,12 @@ Stencil<D, Basis> stencil_at(Setup<D> const& setup, Point<D> const& point, Vec<D
 
 //! Sum of weight x node: the middle of a ring's mass lies beyond that of its area.
 template <int D>
-Vec<D> centre_of(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place)
+Vec<D> centre_of(Setup<D> const& setup, Point<D> const&, Vec<D> const& place, Parallelepiped<D> const& at)
+{
+    return place + setup.cell * at.lean();
+}
+template <int D, class Basis>
+Vec<D> centre_of(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place, Stencil<D, Basis> const&)
 {
     Vec<D> centre = place;
     if (setup.symmetry == Symmetry::axial) {
@@ -54,7 +71,20 @@ Vec<D> centre_of(Setup<D> const& setup, Point<D> const& point, Vec<D> const& pla
 }
 
 //! A traction acts where the face is: on the hat function there across its axis, on the point's own along it. A uniform
-//! stress in points that fill space is then in balance with its tractions, to rounding, wherever they stand.
+//! stress in points that fill space is then in balance with its tractions, to rounding, wherever they stand. A
+//! parallelepiped has a face.
+template <int D, class Basis>
+void add_traction(Setup<D> const& setup, Traction<D> const& traction, Point<D> const& point,
+                  Grid<D>& grid) requires std::is_same_v<Basis, Cpdi>
+{
+    auto const at = stencil_at<D, Basis>(setup, point, point.place);
+    double const half = setup.half_width * setup.cell;
+    double area = point.volume / (2 * half);
+    if (setup.symmetry == Symmetry::axial && traction.axis == 0)  // of the ring of the start
+        area *= 1 + traction.side * half * point.matter.gradient(2, 2) / point.place[0];
+    at.each_of_face(grid, traction.axis, traction.side,
+                    [&](Node<D>& node, double weight) { node.outer += weight * area * traction.stress; });
+}
 template <int D, class Basis>
 void add_traction(Setup<D> const& setup, Traction<D> const& traction, Point<D> const& point, Grid<D>& grid)
 {
@@ -78,10 +108,10 @@ void add_traction(Setup<D> const& setup, Traction<D> const& traction, Point<D> c
 //! What a point that was at `place` with a velocity and its gradient brings to its nodes. Since sum w (x_i - x) = 0,
 //! the gradient takes part without adding momentum; with it a linear field of velocities arrives on the grid as it is.
 template <int D, class Basis>
-void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place, Stencil<D, Basis> const& at,
+void bring_momentum(Setup<D> const& setup, Point<D> const& point, Vec<D> const& place, StencilOf<D, Basis> const& at,
                     Grid<D>& grid, Vec<D> Node<D>::*momentum)
 {
-    Vec<D> const centre = centre_of(setup, point, place);
+    Vec<D> const centre = centre_of(setup, point, place, at);
     at.each(grid, [&](Node<D>& node, double weight, Vec<D> const&) {
         Vec<D> velocity = point.velocity;
         if (setup.affine) velocity += point.slope * setup.arm(centre, corner_of<D>(setup, node.index));
@@ -109,7 +139,7 @@ void to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D> cons
             double const around = point.volume_now() * (point.matter.stress(2, 2) + (shifts.empty() ? 0 : shifts[p]));
             at.each_hoop(grid, [&](Node<D>& node, double hoop) { node.inner[0] -= around * hoop; });
         }
-        bring_momentum(setup, point, point.place, at, grid, &Node<D>::momentum);
+        bring_momentum<D, Basis>(setup, point, point.place, at, grid, &Node<D>::momentum);
     }
     for (auto const& traction : setup.tractions)
         add_traction<D, Basis>(setup, traction, state.points[traction.point], grid);
@@ -143,8 +173,8 @@ void back_to_grid(Setup<D> const& setup, State<D> const& state, std::span<Vec<D>
 {
     for (std::size_t p = 0; p < places.size(); ++p) {
         Point<D> const& point = state.points[p];
-        bring_momentum(setup, point, places[p], stencil_at<D, Basis>(setup, point, places[p]), grid,
-                       &Node<D>::strain_velocity);
+        bring_momentum<D, Basis>(setup, point, places[p], stencil_at<D, Basis>(setup, point, places[p]), grid,
+                                 &Node<D>::strain_velocity);
     }
 }
 
@@ -173,9 +203,9 @@ constexpr Transfer<D> transfer{to_grid<D, Basis>, to_points<D, Basis>, back_to_g
 template <int D>
 Transfer<D> const& transfer_of(BasisKind basis)
 {
-    static constexpr Transfer<D> of_gimp = transfer<D, Gimp>, of_linear = transfer<D, Linear>,
-                                 of_spline = transfer<D, Spline>;
-    return basis == BasisKind::gimp ? of_gimp : basis == BasisKind::linear ? of_linear : of_spline;
+    static constexpr Transfer<D> of[] = {transfer<D, Gimp>, transfer<D, Linear>, transfer<D, Spline>,
+                                         transfer<D, Cpdi>};
+    return of[static_cast<std::size_t>(basis)];
 }
 
 template Transfer<2> const& transfer_of<2>(BasisKind);

@@ -66,6 +66,9 @@ TEST_CASE("checkpoint: a run that goes on from one is bit for bit the other, wit
         if (turns) c.rotation = sluice::Rotation{{0, 2, 0}, {0, 0, 1}, 0.2, 0.03, true, true, true};
         goes_on<2>(c);
     }
+    auto corners = collapse();
+    corners.basis = mpm::BasisKind::cpdi;
+    goes_on<2>(corners);
     mpm::Config c = unit::box<3>(1.2, {0.4, 0, 0.4}, {0.8, 0.4, 0.8});
     c.rotation = sluice::Rotation{{0, 0, 2}, {0, 1, 0}, 5, 0.03, true, true, true};
     goes_on<3>(c);

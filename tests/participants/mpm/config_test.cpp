@@ -176,7 +176,16 @@ TEST_CASE("config: what cannot run is refused, with the key")
     CHECK(errors(round + "gates: [{across: y, at: 0.1, removed_at: 1}]\n").empty());
     std::string const rings = domain + material + column + "symmetry: axial\n";
     CHECK(read(rings).symmetry == mpm::Symmetry::axial);
-    CHECK(contains(errors(rings + "basis: spline\n"), "symmetry = axial beside another basis"));
+    CHECK(contains(errors(rings + "basis: spline\n"), "symmetry = axial beside basis: linear or spline"));
+    CHECK(read(rings + "basis: cpdi\n").basis == mpm::BasisKind::cpdi);
+    std::string const corners = domain + material + column + "basis: cpdi\n";
+    CHECK(contains(errors(corners + "width: stretch\n"), "width = stretch beside basis = cpdi"));
+    CHECK(contains(errors(corners + "grains: {friction: 0.4}\n", 2, true), "basis = cpdi beside a partner's grains"));
+    CHECK(contains(errors(corners + "plates: [{point: [0, 0], normal: [0, 1]}]\n"), "basis = cpdi beside plates"));
+    std::string const narrow =
+        "domain: {size: [0.05, 0.2]}\ncell: 0.01\nwalls: {left: periodic, right: periodic}\n" + material + column;
+    CHECK(errors(narrow).empty());
+    CHECK(contains(errors(narrow + "basis: cpdi\n"), "fewer than 6 cells"));
     CHECK(contains(
         errors("domain: {origin: [-0.1, 0], size: [0.4, 0.2]}\ncell: 0.01\nsymmetry: axial\n" + material + column),
         "beyond the axis"));

@@ -21,9 +21,12 @@ mpm::Config joined(double low)
 
 TEST_CASE("periodic: a block that lies across the joined sides moves as one in the middle does")
 {
-    for (mpm::Scheme const scheme : {mpm::Scheme::usl, mpm::Scheme::musl}) {
+    for (auto const& [basis, scheme] : {std::pair{mpm::BasisKind::gimp, mpm::Scheme::usl},
+                                        {mpm::BasisKind::gimp, mpm::Scheme::musl},
+                                        {mpm::BasisKind::cpdi, mpm::Scheme::musl}}) {
         auto middle = joined(0.3), across = joined(0.3);
         middle.scheme = across.scheme = scheme;
+        middle.basis = across.basis = basis;
         auto one = mpm::make_solver<2>(middle), other = mpm::make_solver<2>(across);
         for (auto* solver : {&one, &other})
             for (auto& p : solver->points()) p.velocity = {1.3 + std::sin(9 * p.place[1]), 0.2 * p.place[0]};

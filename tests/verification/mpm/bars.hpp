@@ -52,7 +52,7 @@ inline std::string named(char const* pattern, double a, double b = 0)
 
 inline char const* name_of(mpm::BasisKind basis)
 {
-    char const* const names[] = {"gimp", "linear", "spline"};
+    char const* const names[] = {"gimp", "linear", "spline", "cpdi"};
     return names[static_cast<int>(basis)];
 }
 

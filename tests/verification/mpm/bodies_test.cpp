@@ -53,12 +53,13 @@ TEST_CASE("M03: a column settles under its own weight")
         return self_weight_error(basis, width, cells, unused);
     };
     double const middle = error(gimp, 32), spline_error = error(spline, 32), hats = error(linear, 64);
-    double const stretched = error(gimp, 32, mpm::Width::stretch);
+    double const stretched = error(gimp, 32, mpm::Width::stretch), corners = error(cpdi, 32);
     double const fine = self_weight_error(gimp, mpm::Width::stretch, 64, settlement);
     CHECK(report({"M03", "stress, gimp, 32 cells", middle, 0, middle, 0.03, watch.seconds()}));
     CHECK(report({"M03", "stress, spline, 32 cells", spline_error, 0, spline_error, 0.03, watch.seconds()}));
     CHECK(report({"M03", "stress, gimp, width: stretch, 32 cells", stretched, 0, stretched, 0.03, watch.seconds()}));
-    CHECK(report({"M03", "the same at 64 by that at 32 cells", fine / stretched, 1 / 1.8, fine / stretched, 1 / 1.8,
+    CHECK(report({"M03", "stress, cpdi, 32 cells", corners, 0, corners, 0.03, watch.seconds()}));
+    CHECK(report({"M03", "gimp, width: stretch, 64 by 32 cells", fine / stretched, 1 / 1.8, fine / stretched, 1 / 1.8,
                   watch.seconds()}));
     CHECK(report({"M03", "gimp at 32 by hat functions at 64 cells", middle / hats, 1.0 / 3, middle / hats, 1.0 / 3,
                   watch.seconds()}));
@@ -258,8 +259,10 @@ TEST_CASE("M10: points cross cells")
         double const gimp = crossing_error(mpm::BasisKind::gimp, points);
         double const spline = crossing_error(mpm::BasisKind::spline, points);
         double const linear = crossing_error(mpm::BasisKind::linear, points);
+        double const corners = crossing_error(mpm::BasisKind::cpdi, points);
         std::string const name = named("%.0f points a cell: ", points);
         CHECK(report({"M10", name + "gimp, stress", gimp, 0, gimp, 0.05, watch.seconds()}));
+        CHECK(report({"M10", name + "cpdi, stress", corners, 0, corners, 0.05, watch.seconds()}));
         CHECK(report({"M10", name + "gimp by linear", gimp / linear, 0.1, gimp / linear, 0.1, watch.seconds()}));
         CHECK(report({"M10", name + "spline by linear", spline / linear, 1, spline / linear, 1, watch.seconds()}));
         CHECK(linear > 0.1);  // the error that gimp is there to remove
