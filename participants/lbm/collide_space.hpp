@@ -6,7 +6,55 @@
 
 namespace lbm {
 
-//! Collides one cell of D3Q19, or several at once, given its populations.
+//! The populations of the cell x of a row and of those after it that V has room for, where they are in memory.
+template <class V, class Stored>
+struct CellInRow
+{
+    //! How far ahead lines are asked for, into the second cache: nineteen streams are more than the machine follows by
+    //! itself.
+    static constexpr std::ptrdiff_t lines_ahead = 12, cells_a_line = 64 / sizeof(Stored);
+
+    Slots<3, Stored> const& slots;
+    std::ptrdiff_t x;
+
+    [[gnu::always_inline]] V operator[](std::size_t q) const noexcept { return in_register(load<V>(slots[q] + x)); }
+    [[gnu::always_inline]] void put(std::size_t q, V const& f) const noexcept
+    {
+        store(slots[q] + x, f);
+        __builtin_prefetch(slots[q] + x + lines_ahead * cells_a_line, 0, 2);
+    }
+};
+
+//! Of a pair of opposite directions, the second one after the first: f_q + f_-q and f_q - f_-q.
+template <class V>
+struct EvenOdd
+{
+    V even, odd;
+
+    template <class Cell>
+    [[gnu::always_inline]] EvenOdd(Cell const& f, std::size_t q) noexcept
+    {
+        V const one = f[q], other = f[q + 1];
+        even = one + other;
+        odd = one - other;
+    }
+};
+
+//! What a cell of D3Q19 is changed by. The populations are read for it, and once more when they are changed: what would
+//! be kept of them meanwhile has no room in the registers, and stores are what the machine has least of.
+template <Features F, class V>
+struct SpaceChange
+{
+    using Force = std::conditional_t<F.frame, V, double>;  // the same everywhere, or each cell's own
+    using Rate = std::conditional_t<F.grains, V, double>;
+    V base, inverse_rho, jx, jy, jz;
+    Rate even_rate, flux_rate;
+    Force Fx{}, Fy{}, Fz{};
+    V Gx, Gy, Gz, work;
+    V along_x, along_y, along_z, shear_xy, shear_xz, shear_yz, bulk;
+};
+
+//! The collision of one cell of D3Q19, or of several at once; its first half, up to what changes.
 //!
 //! By pairs of opposite directions, even part (f_q + f_-q)/2 and odd part (f_q - f_-q)/2 apart: with one rate for each
 //! this is TRT (Ginzburg, Verhaeghe and d'Humieres, Commun. Comput. Phys. 3 (2008) 427), with equal ones BGK. `split`:
@@ -18,14 +66,12 @@ namespace lbm {
 //! C_s^2 |P|/rho))/2, P the stress without its trace.
 //!
 //! Straight-line on purpose, and longer than the house rule: one basic block of independent operations.
-template <Features F, class V>
-[[gnu::always_inline]] inline void collide_cell(std::array<V, 19>& f, Relaxation const& r, SolidCell<3, V>& s,
-                                                V const& place) noexcept
+template <Features F, class V, class Cell>
+[[gnu::always_inline]] inline SpaceChange<F, V> find_change(Cell const& f, Relaxation const& r, SolidCell<3, V>& s,
+                                                            V const& place) noexcept
 {
-    using Force = std::conditional_t<F.frame, V, double>;  // the same everywhere, or each cell's own
     constexpr bool split = F.les || F.split;
-    constexpr double axis = 1.0 / 18, diagonal = 1.0 / 36;
-    auto& [f0, fx, gx, fy, gy, fz, gz, fxy, gxy, fyx, gyx, fxz, gxz, fzx, gzx, fyz, gyz, fzy, gzy] = f;
+    SpaceChange<F, V> c;
     auto const stiff = [&](double rate) __attribute__((always_inline))
     {
         if constexpr (F.grains)
@@ -33,29 +79,35 @@ template <Features F, class V>
         else
             return rate;
     };
-    auto const even_rate = stiff(split ? r.square : r.shear);
-    auto const loose = [&](double rate) __attribute__((always_inline))
-    {
-        if constexpr (F.grains)
-            return loosened(rate, s.open);
-        else
-            return rate;
-    };
-    auto const flux_rate = loose(r.flux);
-    Force Fx{}, Fy{}, Fz{};
+    c.even_rate = stiff(split ? r.square : r.shear);
+    if constexpr (F.grains)
+        c.flux_rate = loosened(r.flux, s.open);
+    else
+        c.flux_rate = r.flux;
+    auto& [base, inverse_rho, jx, jy, jz, even_rate, flux_rate, Fx, Fy, Fz, Gx, Gy, Gz, work, along_x, along_y, along_z,
+           shear_xy, shear_xz, shear_yz, bulk] = c;
     if constexpr (F.frame)
         Fx = r.force[0] + r.slope[0] * place, Fy = r.force[1] + r.slope[1] * place,
         Fz = r.force[2] + r.slope[2] * place;
     else if constexpr (F.force)
         Fx = r.force[0], Fy = r.force[1], Fz = r.force[2];
 
-    V const ex = fx + gx, ey = fy + gy, ez = fz + gz;
-    V const exy = fxy + gxy, eyx = fyx + gyx, exz = fxz + gxz, ezx = fzx + gzx, eyz = fyz + gyz, ezy = fzy + gzy;
-    V const ox = fx - gx, oy = fy - gy, oz = fz - gz;
-    V const oxy = fxy - gxy, oyx = fyx - gyx, oxz = fxz - gxz, ozx = fzx - gzx, oyz = fyz - gyz, ozy = fzy - gzy;
-    V const excess = f0 + ((ex + ey) + (ez + (exy + eyx))) + ((exz + ezx) + (eyz + ezy));  // rho - 1
-    V const rho = 1.0 + excess, inverse_rho = 1.0 / rho;
-    V jx = ox + (oxy + oyx) + (oxz + ozx), jy = oy + (oxy - oyx) + (oyz + ozy), jz = oz + (oxz - ozx) + (oyz - ozy);
+    V excess;                  // rho - 1
+    V xx, yy, zz, xy, xz, yz;  // sums of c c f
+    {
+        EvenOdd<V> const x(f, 1), y(f, 3), z(f, 5), p(f, 7), m(f, 9), q(f, 11), n(f, 13), o(f, 15), l(f, 17);
+        V const in_xy = p.even + m.even, in_xz = q.even + n.even, in_yz = o.even + l.even;
+        excess = f[0] + ((x.even + y.even) + (z.even + in_xy)) + (in_xz + in_yz);
+        jx = x.odd + (p.odd + m.odd) + (q.odd + n.odd);
+        jy = y.odd + (p.odd - m.odd) + (o.odd + l.odd);
+        jz = z.odd + (q.odd - n.odd) + (o.odd - l.odd);
+        if constexpr (split) {
+            xx = x.even + in_xy + in_xz, yy = y.even + in_xy + in_yz, zz = z.even + in_xz + in_yz;
+            xy = p.even - m.even, xz = q.even - n.even, yz = o.even - l.even;
+        }
+    }
+    V const rho = 1.0 + excess;
+    inverse_rho = 1.0 / rho;
     if constexpr (F.force) jx = jx + 0.5 * Fx, jy = jy + 0.5 * Fy, jz = jz + 0.5 * Fz;
     if constexpr (F.frame) {
         turn_with_half(r.turn, jx, jy, jz);
@@ -63,7 +115,7 @@ template <Features F, class V>
         Fy = Fy - 2.0 * (r.turn[2] * jx - r.turn[0] * jz);
         Fz = Fz - 2.0 * (r.turn[0] * jy - r.turn[1] * jx);
     }
-    V Gx = Fx, Gy = Fy, Gz = Fz;  // force on the fluid, the solids' included
+    Gx = Fx, Gy = Fy, Gz = Fz;  // force on the fluid, the solids' included
     if constexpr (F.grains) {
         V const slip_x = madd(jx * inverse_rho, s.fraction, -1.0 * s.momentum[0]),  // times eps
             slip_y = madd(jy * inverse_rho, s.fraction, -1.0 * s.momentum[1]),
@@ -80,38 +132,19 @@ template <Features F, class V>
         Gx = Gx + push_x, Gy = Gy + push_y, Gz = Gz + push_z;
     }
     V const ux = jx * inverse_rho, uy = jy * inverse_rho, uz = jz * inverse_rho;
+    base = madd(-1.5, madd(jx, ux, madd(jy, uy, jz * uz)), excess);
+    work = F.force ? 3.0 * (ux * Fx + uy * Fy + uz * Fz) : V{};
 
-    // even parts: sums of both populations, less equilibrium (f + S/2 - f_eq); S = w (9 c.u c.F - work)
-    V const base = madd(-1.5, madd(jx, ux, madd(jy, uy, jz * uz)), excess);
-    V const work = F.force ? 3.0 * (ux * Fx + uy * Fy + uz * Fz) : V{};
-    auto const source = [&](double weight, V cu, Force cF) __attribute__((always_inline))
-    {
-        return weight * ((9.0 * cF) * cu - work);
-    };
-    auto const apart = [&](V even, double weight, V cj, V cu, Force cF) __attribute__((always_inline))
-    {
-        V const distance = madd(-2.0 * weight, madd(4.5 * cj, cu, base), even);
-        if constexpr (F.force)
-            return distance + source(weight, cu, cF);
-        else
-            return distance;
-    };
-    V n0 = madd(-1.0 / 3, base, f0);
-    if constexpr (F.force) n0 = madd(-1.0 / 6, work, n0);
-    V const nx = apart(ex, axis, jx, ux, Fx), ny = apart(ey, axis, jy, uy, Fy), nz = apart(ez, axis, jz, uz, Fz);
-    V const nxy = apart(exy, diagonal, jx + jy, ux + uy, Fx + Fy),
-            nyx = apart(eyx, diagonal, jx - jy, ux - uy, Fx - Fy),
-            nxz = apart(exz, diagonal, jx + jz, ux + uz, Fx + Fz),
-            nzx = apart(ezx, diagonal, jx - jz, ux - uz, Fx - Fz),
-            nyz = apart(eyz, diagonal, jy + jz, uy + uz, Fy + Fz),
-            nzy = apart(ezy, diagonal, jy - jz, uy - uz, Fy - Fz);
-
-    // what the stress changes beyond the common rate of the even part
-    V along_x{}, along_y{}, along_z{}, shear_xy{}, shear_xz{}, shear_yz{}, bulk{};
+    // what the stress, less equilibrium, changes beyond the common rate of the even part
     if constexpr (split) {
-        V const xx = nx + (nxy + nyx) + (nxz + nzx), yy = ny + (nxy + nyx) + (nyz + nzy),
-                zz = nz + (nxz + nzx) + (nyz + nzy);
-        V const xy = nxy - nyx, xz = nxz - nzx, yz = nyz - nzy;
+        V const pressure = excess * (1.0 / 3);
+        xx = madd(-jx, ux, xx - pressure), yy = madd(-jy, uy, yy - pressure), zz = madd(-jz, uz, zz - pressure);
+        xy = madd(-jx, uy, xy), xz = madd(-jx, uz, xz), yz = madd(-jy, uz, yz);
+        if constexpr (F.force) {
+            xx = xx + ux * Fx, yy = yy + uy * Fy, zz = zz + uz * Fz;
+            xy = xy + 0.5 * (ux * Fy + uy * Fx), xz = xz + 0.5 * (ux * Fz + uz * Fx),
+            yz = yz + 0.5 * (uy * Fz + uz * Fy);
+        }
         V const trace = xx + yy + zz, mean = trace * (1.0 / 3);
         V const dx = xx - mean, dy = yy - mean, dz = zz - mean;
         V shear_rate = stiff(r.shear);
@@ -129,70 +162,92 @@ template <Features F, class V>
         shear_xy = 2.0 * more * xy, shear_xz = 2.0 * more * xz, shear_yz = 2.0 * more * yz;
         bulk = (1.5 * (even_rate - stiff(r.energy))) * trace;
     }
-
-    auto const even = -0.5 * even_rate;
-    f0 = madd(2.0 * even, n0, f0);
-    if constexpr (F.force) f0 = madd(-1.0 / 3, work, f0);
-    if constexpr (split) f0 = madd(-1.0 / 3, bulk, f0);
-    // odd parts: f + S/2 - f_eq; what both populations gain
-    auto const collide_pair = [&](V & one, V & other, double weight, V apart_even, V stress, V difference, V cj, V cu,
-                                  Force cF, V cG) __attribute__((always_inline))
-    {
-        V a = even * apart_even;
-        if constexpr (split) a = madd(weight, stress, a);
-        if constexpr (F.force) a = a + source(weight, cu, cF);
-        V b = -flux_rate * madd(-3.0 * weight, cj, 0.5 * difference);
-        if constexpr (F.force || F.grains) b = madd(3.0 * weight * (1.0 - 0.5 * flux_rate), cG, b);
-        one = one + (a + b);
-        other = other + (a - b);
-    };
-    collide_pair(fx, gx, axis, nx, along_x, ox, jx, ux, Fx, Gx);
-    collide_pair(fy, gy, axis, ny, along_y, oy, jy, uy, Fy, Gy);
-    collide_pair(fz, gz, axis, nz, along_z, oz, jz, uz, Fz, Gz);
-    collide_pair(fxy, gxy, diagonal, nxy, bulk - along_z + shear_xy, oxy, jx + jy, ux + uy, Fx + Fy, Gx + Gy);
-    collide_pair(fyx, gyx, diagonal, nyx, bulk - along_z - shear_xy, oyx, jx - jy, ux - uy, Fx - Fy, Gx - Gy);
-    collide_pair(fxz, gxz, diagonal, nxz, bulk - along_y + shear_xz, oxz, jx + jz, ux + uz, Fx + Fz, Gx + Gz);
-    collide_pair(fzx, gzx, diagonal, nzx, bulk - along_y - shear_xz, ozx, jx - jz, ux - uz, Fx - Fz, Gx - Gz);
-    collide_pair(fyz, gyz, diagonal, nyz, bulk - along_x + shear_yz, oyz, jy + jz, uy + uz, Fy + Fz, Gy + Gz);
-    collide_pair(fzy, gzy, diagonal, nzy, bulk - along_x - shear_yz, ozy, jy - jz, uy - uz, Fy - Fz, Gy - Gz);
+    return c;
 }
 
-//! Collides the cell x of a row and those after it that V has room for, in place. x = 0 is the row's cell `first`.
-template <Features F, class V, class Stored>
-[[gnu::always_inline]] inline void collide_at(Slots<3, Stored> const& slots, std::ptrdiff_t x, std::ptrdiff_t first,
-                                              Relaxation const& r, SolidRow const& row) noexcept
+//! The second half of the collision.
+template <Features F, class V, class Cell>
+[[gnu::always_inline]] inline void change(Cell const& f, SpaceChange<F, V> const& c) noexcept
 {
-    std::array<V, 19> f;
-    SolidCell<3, V> s;
-    V place;
-#pragma GCC unroll 19
-    for (std::size_t q = 0; q < 19; ++q) f[q] = load<V>(slots[q] + x);
-    if constexpr (F.grains) s = SolidCell<3, V>(row, x);
-    if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
-    collide_cell<F, V>(f, r, s, place);
-#pragma GCC unroll 19
-    for (std::size_t q = 0; q < 19; ++q) store(slots[q] + x, f[q]);
-    if constexpr (F.grains) s.tell(row, x);
+    using Force = typename SpaceChange<F, V>::Force;
+    constexpr bool split = F.les || F.split;
+    constexpr double axis = 1.0 / 18, diagonal = 1.0 / 36;
+    auto const& [base, inverse_rho, jx, jy, jz, even_rate, flux_rate, Fx, Fy, Fz, Gx, Gy, Gz, work, along_x, along_y,
+                 along_z, shear_xy, shear_xz, shear_yz, bulk] = c;
+    // even parts: sums of both populations, less equilibrium (f + S/2 - f_eq); S = w (9 c.u c.F - work)
+    V rest = f[0];
+    {
+        V apart = madd(-1.0 / 3, base, rest);
+        if constexpr (F.force) apart = madd(-1.0 / 6, work, apart);
+        rest = madd(-1.0 * even_rate, apart, rest);
+        if constexpr (F.force) rest = madd(-1.0 / 3, work, rest);
+        if constexpr (split) rest = madd(-1.0 / 3, bulk, rest);
+    }
+    f.put(0, rest);
+    auto const minus_half_even = -0.5 * even_rate, minus_half_flux = -0.5 * flux_rate;
+    V const square_by_rho = 4.5 * inverse_rho;
+    // odd parts: f + S/2 - f_eq; what both populations gain
+    auto const collide_pair = [&](std::size_t q, double weight, V const& stress, V const& cj, Force const& cF,
+                                  V const& cG) __attribute__((always_inline))
+    {
+        V const one = f[q], other = f[q + 1];
+        V apart = madd(-2.0 * weight, madd(cj * square_by_rho, cj, base), one + other);
+        V b = minus_half_flux * madd(-6.0 * weight, cj, one - other);
+        if constexpr (F.force || F.grains) b = madd(3.0 * weight * (1.0 - 0.5 * flux_rate), cG, b);
+        V gain = b, other_gain = -b;
+        if constexpr (split) gain = madd(weight, stress, b), other_gain = madd(weight, stress, -b);
+        if constexpr (F.force) {
+            V const source = weight * ((9.0 * cF) * (cj * inverse_rho) - work);
+            apart = apart + source, gain = gain + source, other_gain = other_gain + source;
+        }
+        f.put(q, one + madd(minus_half_even, apart, gain));
+        f.put(q + 1, other + madd(minus_half_even, apart, other_gain));
+    };
+    collide_pair(1, axis, along_x, jx, Fx, Gx);
+    collide_pair(3, axis, along_y, jy, Fy, Gy);
+    collide_pair(5, axis, along_z, jz, Fz, Gz);
+    collide_pair(7, diagonal, bulk - along_z + shear_xy, jx + jy, Fx + Fy, Gx + Gy);
+    collide_pair(9, diagonal, bulk - along_z - shear_xy, jx - jy, Fx - Fy, Gx - Gy);
+    collide_pair(11, diagonal, bulk - along_y + shear_xz, jx + jz, Fx + Fz, Gx + Gz);
+    collide_pair(13, diagonal, bulk - along_y - shear_xz, jx - jz, Fx - Fz, Gx - Gz);
+    collide_pair(15, diagonal, bulk - along_x + shear_yz, jy + jz, Fy + Fz, Gy + Gz);
+    collide_pair(17, diagonal, bulk - along_x - shear_yz, jy - jz, Fy - Fz, Gy - Gz);
 }
 
-//! How far ahead lines are asked for: nineteen streams are more than the machine follows by itself.
-inline constexpr std::ptrdiff_t lines_ahead = 6;
-
-//! Collides the cells [begin, end) of a row, whole registers, in place. Behind its end the next row begins in memory.
+//! Collides the cells [begin, end) of a row, whole registers, in place. x = 0 is the row's cell `first`. Behind the
+//! row's end the next one begins in memory.
 template <Features F, class V, class Stored>
 void collide_whole(Slots<3, Stored> const& slots, SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t end,
                    std::ptrdiff_t first, Relaxation const& relaxation)
 {
     constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
-    constexpr auto cells_a_line = static_cast<std::ptrdiff_t>(64 / sizeof(Stored));
     Slots<3, Stored> const f = slots;
     Relaxation const r = relaxation;
-    SolidRow const s = row;
-    for (std::ptrdiff_t x = begin; x < end; x += lanes) {
-        if ((x - begin) % cells_a_line == 0)
-#pragma GCC unroll 19
-            for (std::size_t q = 0; q < 19; ++q) __builtin_prefetch(f[q] + x + lines_ahead * cells_a_line, 1);
-        collide_at<F, V>(f, x, first, r, s);
+    SolidRow const solids = row;
+    auto const found_at = [&](std::ptrdiff_t x) __attribute__((always_inline))
+    {
+        SolidCell<3, V> s;
+        V place;
+        if constexpr (F.grains) s = SolidCell<3, V>(solids, x);
+        if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
+        auto const found = find_change<F, V>(CellInRow<V, Stored>{f, x}, r, s, place);
+        if constexpr (F.grains) s.tell(solids, x);
+        return found;
+    };
+    auto const change_at = [&](std::ptrdiff_t x, SpaceChange<F, V> const& c) __attribute__((always_inline))
+    {
+        change<F, V>(CellInRow<V, Stored>{f, x}, c);
+    };
+    if constexpr (F.les || F.split || F.grains) {  // so much is found that it would not stay in registers
+        for (std::ptrdiff_t x = begin; x < end; x += lanes) change_at(x, found_at(x));
+    } else {
+        SpaceChange<F, V> now = found_at(begin);
+        for (std::ptrdiff_t x = begin + lanes; x < end; x += lanes) {
+            SpaceChange<F, V> const next = found_at(x);
+            change_at(x - lanes, now);
+            now = next;
+        }
+        change_at(end - lanes, now);
     }
 }
 

@@ -60,9 +60,9 @@ struct Lanes
     {
 #if defined(__AVX512F__)
         if constexpr (sizeof(T) == sizeof(double))
-            return Register(_mm512_sqrt_pd(a.all));
+            return Register(_mm512_mask_sqrt_pd(a.all, 0xff, a.all));
         else
-            return Register(_mm512_sqrt_ps(a.all));
+            return Register(_mm512_mask_sqrt_ps(a.all, 0xffff, a.all));
 #else
         for (std::size_t k = 0; k < count; ++k) a.all[k] = std::sqrt(a.all[k]);
         return a;
@@ -105,6 +105,16 @@ struct Lanes
         return Register(x.all > Lanes(limit).all ? a.all : b.all);
     }
 };
+
+//! The same numbers; the compiler then reads what is used several times from memory once.
+template <class T>
+[[gnu::always_inline]] inline Lanes<T> in_register(Lanes<T> v) noexcept
+{
+#if defined(__x86_64__)
+    asm("" : "+v"(v.all));
+#endif
+    return v;
+}
 
 //! The numbers from the first one on, by ones.
 template <class V>

@@ -164,7 +164,6 @@ class Rows
     Layout const& layout() const noexcept { return of_->layout(); }
     std::ptrdiff_t rows() const noexcept { return of_->rows(); }
     std::ptrdiff_t nx(std::ptrdiff_t r) const noexcept { return layout().row(r).cells; }
-    std::ptrdiff_t stride(std::size_t box, std::size_t q) const noexcept { return of_->arrays_[box].stride[q]; }
 
     //! Slot of direction q of cell (0, y, z) of a box; valid for its cells, and for ghost cells beyond those sides that
     //! the direction moves toward, until the next stream().
@@ -179,6 +178,32 @@ class Rows
         return at(box, q, y, z);
     }
     Slots<D, Stored> row(std::ptrdiff_t r) const noexcept { return typed<D, Stored>(of_->row(r)); }
+
+    //! Rows of one direction in a plane of a box, from one on upward.
+    class Column
+    {
+     public:
+        Column(Stored* first, std::ptrdiff_t stride, std::ptrdiff_t place, std::ptrdiff_t rows) noexcept
+            : first_(first), stride_(stride), left_(rows - place), rows_(rows)
+        {}
+        Stored* first() const noexcept { return first_; }  //!< slot of the cell x = 0
+        void up() noexcept
+        {
+            first_ += stride_;
+            if (--left_ > 0) return;
+            first_ -= rows_ * stride_;
+            left_ = rows_;
+        }
+
+     private:
+        Stored* first_;
+        std::ptrdiff_t stride_, left_, rows_;  //!< left: to the ring's end
+    };
+    Column column(std::size_t box, std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
+    {
+        auto const& a = of_->arrays_[box];
+        return {at(box, q, y, z), a.stride[q], of_->in_ring(y + a.y0[q], a.rows[q]), a.rows[q]};
+    }
 
  private:
     Of* of_;

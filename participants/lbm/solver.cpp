@@ -14,6 +14,12 @@ namespace {
 using sluice::Error;
 using sluice::require;
 
+//! Rows with some 4096 cells: what enters them from outside is spread over the memory, and is waited for together.
+std::ptrdiff_t rows_at_once(Layout const& layout)
+{
+    return std::clamp<std::ptrdiff_t>(4096 / layout.most_in_row(), 1, 64);
+}
+
 constexpr std::int64_t watch_every = 64;  //!< steps
 //! By c_s/L, of the pressure at a side that absorbs sound (Rudy and Strikwerda, J. Comput. Phys. 36 (1980) 55).
 constexpr double recall_by_length = 0.28;
@@ -236,24 +242,41 @@ void Solver<D>::step()
 template <int D>
 void Solver<D>::collide_rows()
 {
+    auto const waits = [&](std::ptrdiff_t r) { return halo_ && halo_->enters(r); };
     team_.share(layout_.rows(), rows_a_chunk(layout_.rows()), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t r = begin; r < end; ++r)
-            if (!halo_ || !halo_->enters(r)) collide_row(r);
+        for (std::ptrdiff_t next = begin; begin < end; begin = next) {
+            while (next < end && waits(next) == waits(begin)) ++next;
+            if (!waits(begin)) collide_run(begin, next);
+        }
     });
     if (!halo_) return;
     halo_->receive(populations_);
     auto const& rows = halo_->rows();
     auto const count = static_cast<std::ptrdiff_t>(rows.size());
     team_.share(count, rows_a_chunk(count), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t k = begin; k < end; ++k) collide_row(rows[static_cast<std::size_t>(k)]);
+        auto const row = [&](std::ptrdiff_t k) { return rows[static_cast<std::size_t>(k)]; };
+        for (std::ptrdiff_t next = begin; begin < end; begin = next) {
+            while (next < end && row(next) - next == row(begin) - begin) ++next;
+            collide_run(row(begin), row(next - 1) + 1);
+        }
     });
+}
+
+template <int D>
+void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
+{
+    std::ptrdiff_t const at_once = rows_at_once(layout_);
+    for (std::ptrdiff_t next = begin; begin < end; begin = next) {
+        next = std::min(begin + at_once, end);
+        if (!complete_) enter_rows(begin, next);
+        for (std::ptrdiff_t r = begin; r < next; ++r) collide_row(r);
+    }
 }
 
 template <int D>
 void Solver<D>::collide_row(std::ptrdiff_t r)
 {
     AnySlots<D> const slots = populations_.row(r);
-    if (!complete_) enter_row(r, slots);
     covered_cells_[static_cast<std::size_t>(r)] = 0;
     auto const strips = coverage_.row(r);
     bool const fine = phase_ && phase_->reaches(r);
@@ -263,11 +286,11 @@ void Solver<D>::collide_row(std::ptrdiff_t r)
 }
 
 template <int D>
-void Solver<D>::enter_row(std::ptrdiff_t r, AnySlots<D> const& slots)
+void Solver<D>::enter_rows(std::ptrdiff_t begin, std::ptrdiff_t end)
 {
-    populations_.visit([&]<class Stored>(Rows<D, Stored> const& rows) {
-        enter_from_outside(rows, r, typed<D, Stored>(slots), walls_);
-        note_turned(rows, r, walls_);
+    populations_.visit([&](auto const& rows) {
+        enter_from_outside(rows, begin, end, walls_);
+        for (std::ptrdiff_t r = begin; r < end; ++r) note_turned(rows, r, walls_);
     });
 }
 

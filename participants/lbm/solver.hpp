@@ -127,8 +127,9 @@ class Solver
     void find_field();
     Relaxation of_row(std::ptrdiff_t r) const;
     std::array<double, D> acceleration_at(std::array<double, D> const& place, double const* velocity) const;
-    void enter_row(std::ptrdiff_t r, AnySlots<D> const& slots);
+    void enter_rows(std::ptrdiff_t begin, std::ptrdiff_t end);
     void collide_rows();
+    void collide_run(std::ptrdiff_t begin, std::ptrdiff_t end);
     void collide_row(std::ptrdiff_t r);
     void collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     bool all_rest(std::span<std::uint32_t const> strips) const;

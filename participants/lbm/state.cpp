@@ -323,9 +323,7 @@ void Solver<D>::complete()
 {
     if (complete_) return;
     if (halo_) halo_->receive(populations_);
-    team_.share(layout_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t r = begin; r < end; ++r) enter_row(r, populations_.row(r));
-    });
+    team_.share(layout_.rows(), 64, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { enter_rows(begin, end); });
     coverage_.update(covering(), team_);
     if (phase_) phase_->spread();
     complete_ = true;

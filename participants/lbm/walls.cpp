@@ -258,37 +258,68 @@ Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings 
     return all;
 }
 
+namespace {
+
+//! Cells of one direction side by side in a row.
 template <int D, class Stored>
-void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t r, Slots<D, Stored> const& slots, Walls const& walls)
+void enter_piece(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link, Walls const& walls)
 {
     Layout const& layout = p.layout();
     Row const& row = layout.row(r);
+    Extent const& first = layout.boxes()[static_cast<std::size_t>(row.box)].first;
+    Stored* const in = p.row(link.into, r) + link.x;
+    Stored const* const out = p.at(static_cast<std::size_t>(link.box), link.from, row.y - first[1] + link.place[1],
+                                   row.z - first[2] + link.place[2]) +
+                              link.x + link.place[0];
+    Boundary const& side = walls.side[link.across][Lattice<D>::c[link.into][link.across] > 0 ? 0 : 1];
+    auto const cell = [&](std::ptrdiff_t k) { return Extent{row.first + link.x + k, row.y, row.z}; };
+    if (link.kind == Border::inflow) {
+        for (std::ptrdiff_t k = 0; k < link.cells; ++k)
+            in[k] =
+                static_cast<Stored>(out[k] + side.share * profile(side, Lattice<D>::c[link.into], cell(k)) * link.push);
+    } else if (link.kind == Border::pressure) {
+        for (std::ptrdiff_t k = 0; k < link.cells; ++k)
+            in[k] = static_cast<Stored>(side.turned[place_beside<D>(layout.cells(), link.across, cell(k)) + link.into] -
+                                        out[k]);
+    } else {
+        for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + link.push);
+    }
+}
+
+//! One cell of each row from `begin` to `end`, one above the other in a box. Each is far from the last in memory: next
+//! to nothing is done between two, so that the machine waits for many at once.
+template <int D, class Stored>
+void enter_column(Rows<D, Stored> const& p, std::ptrdiff_t begin, std::ptrdiff_t end, Entrance const& link)
+{
+    Layout const& layout = p.layout();
+    Row const& row = layout.row(begin);
     auto const box = static_cast<std::size_t>(row.box);
     Extent const& first = layout.boxes()[box].first;
     std::ptrdiff_t const y = row.y - first[1], z = row.z - first[2];
-    for (Entrance const& link : walls.entrances.of_row(r)) {
-        Stored* const in = slots[link.into] + link.x;
-        Stored const* const out =
-            p.at(static_cast<std::size_t>(link.box), link.from, y + link.place[1], z + link.place[2]) + link.x +
-            link.place[0];
-        if (link.cells == 1 && link.kind != Border::inflow && link.kind != Border::pressure) {
-            *in = static_cast<Stored>(*out + link.push);
-            __builtin_prefetch(in + p.stride(box, link.into), 1);  // those of the next row
-            __builtin_prefetch(out + p.stride(static_cast<std::size_t>(link.box), link.from));
-            continue;
-        }
-        Boundary const& side = walls.side[link.across][Lattice<D>::c[link.into][link.across] > 0 ? 0 : 1];
-        auto const cell = [&](std::ptrdiff_t k) { return Extent{row.first + link.x + k, row.y, row.z}; };
-        if (link.kind == Border::inflow) {
-            for (std::ptrdiff_t k = 0; k < link.cells; ++k)
-                in[k] = static_cast<Stored>(out[k] +
-                                            side.share * profile(side, Lattice<D>::c[link.into], cell(k)) * link.push);
-        } else if (link.kind == Border::pressure) {
-            for (std::ptrdiff_t k = 0; k < link.cells; ++k)
-                in[k] = static_cast<Stored>(
-                    side.turned[place_beside<D>(layout.cells(), link.across, cell(k)) + link.into] - out[k]);
-        } else {
-            for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + link.push);
+    auto in = p.column(box, link.into, y, z);
+    auto out = p.column(static_cast<std::size_t>(link.box), link.from, y + link.place[1], z + link.place[2]);
+    std::ptrdiff_t const from = link.x + link.place[0];
+    for (std::ptrdiff_t r = begin; r < end; ++r, in.up(), out.up())
+        in.first()[link.x] = static_cast<Stored>(out.first()[from] + link.push);
+}
+
+}  // namespace
+
+template <int D, class Stored>
+void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t begin, std::ptrdiff_t end, Walls const& walls)
+{
+    auto const alike = [&](std::ptrdiff_t r, std::ptrdiff_t other) {
+        Row const &a = p.layout().row(r), &b = p.layout().row(other);
+        return a.box == b.box && a.z == b.z && &walls.entrances.of_row(r) == &walls.entrances.of_row(other);
+    };
+    for (std::ptrdiff_t next = begin; begin < end; begin = next) {
+        while (next < end && alike(begin, next)) ++next;
+        for (Entrance const& link : walls.entrances.of_row(begin)) {
+            if (link.cells == 1 && link.kind != Border::inflow && link.kind != Border::pressure) {
+                enter_column(p, begin, next, link);
+                continue;
+            }
+            for (std::ptrdiff_t r = begin; r < next; ++r) enter_piece(p, r, link, walls);
         }
     }
 }
@@ -319,10 +350,10 @@ void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls, Incom
 
 template Entrances find_entrances<2>(Walls const&, Layout const&, Surroundings const&);
 template Entrances find_entrances<3>(Walls const&, Layout const&, Surroundings const&);
-template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, Slots<2, double> const&, Walls const&);
-template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, Slots<2, float> const&, Walls const&);
-template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, Slots<3, double> const&, Walls const&);
-template void enter_from_outside(Rows<3, float> const&, std::ptrdiff_t, Slots<3, float> const&, Walls const&);
+template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);
+template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);
+template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);
+template void enter_from_outside(Rows<3, float> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);
 template void note_turned(Rows<2, double> const&, std::ptrdiff_t, Walls&, Incoming);
 template void note_turned(Rows<2, float> const&, std::ptrdiff_t, Walls&, Incoming);
 template void note_turned(Rows<3, double> const&, std::ptrdiff_t, Walls&, Incoming);
