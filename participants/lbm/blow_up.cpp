@@ -9,13 +9,12 @@ namespace {
 template <int D, class V, class Stored>
 [[gnu::always_inline]] inline auto good(Slots<D, Stored> const& f, std::ptrdiff_t x) noexcept
 {
-    constexpr std::ptrdiff_t lines_ahead = 12, cells_a_line = 64 / sizeof(Stored);
     V excess;
     std::array<V, D> j;
 #pragma GCC unroll 19
     for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
         V const value = load<V>(f[q] + x);
-        __builtin_prefetch(f[q] + x + lines_ahead * cells_a_line);
+        ask_ahead(f[q] + x);
         excess = excess + value;
 #pragma GCC unroll 3
         for (std::size_t k = 0; k < D; ++k) {

@@ -195,7 +195,7 @@ struct PlaneCell
                                      std::ptrdiff_t first) noexcept
     {
 #pragma GCC unroll 9
-        for (std::size_t q = 0; q < 9; ++q) f[q] = load<V>(slots[q] + x);
+        for (std::size_t q = 0; q < 9; ++q) f[q] = in_register(load<V>(slots[q] + x));
         if constexpr (F.grains) solid = SolidCell<2, V>(row, x);
         if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
     }
@@ -203,7 +203,10 @@ struct PlaneCell
                                          std::ptrdiff_t x) const noexcept
     {
 #pragma GCC unroll 9
-        for (std::size_t q = 0; q < 9; ++q) store(slots[q] + x, f[q]);
+        for (std::size_t q = 0; q < 9; ++q) {
+            store(slots[q] + x, f[q]);
+            ask_ahead(slots[q] + x);
+        }
         if constexpr (F.grains) solid.tell(row, x);
     }
 };

@@ -10,10 +10,6 @@ namespace lbm {
 template <class V, class Stored>
 struct CellInRow
 {
-    //! How far ahead lines are asked for, into the second cache: nineteen streams are more than the machine follows by
-    //! itself.
-    static constexpr std::ptrdiff_t lines_ahead = 12, cells_a_line = 64 / sizeof(Stored);
-
     Slots<3, Stored> const& slots;
     std::ptrdiff_t x;
 
@@ -21,7 +17,7 @@ struct CellInRow
     [[gnu::always_inline]] void put(std::size_t q, V const& f) const noexcept
     {
         store(slots[q] + x, f);
-        __builtin_prefetch(slots[q] + x + lines_ahead * cells_a_line, 0, 2);
+        ask_ahead(slots[q] + x);
     }
 };
 
