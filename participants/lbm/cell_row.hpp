@@ -17,8 +17,9 @@ struct Features
     bool les = false;
     bool force = false;
     bool grains = false;
-    bool split = false;  //!< in space: the second moments have rates of their own, as with les
-    bool frame = false;  //!< force grows along the row, and turns with the velocity
+    bool split = false;    //!< in space: the second moments have rates of their own, as with les
+    bool frame = false;    //!< force grows along the row, and turns with the velocity
+    bool central = false;  //!< collides in central moments (collide_central.hpp); not with grains
     bool operator==(Features const&) const = default;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "participants/lbm/cell_row.hpp"
+#include "participants/lbm/collide_central.hpp"
 
 namespace lbm {
 
@@ -183,6 +184,44 @@ template <Features F, class V>
     f8 = f8 + (along6 - corner6);
 }
 
+//! One cell of D2Q9, or several at once. `eddy`: of the large-eddy model, whose changes are of quarters of the stress.
+template <Features F, class V>
+[[gnu::always_inline]] inline void collide_central(std::array<V, 9>& f, Relaxation const& r, V const& place,
+                                                   Eddy<V> const& eddy) noexcept
+{
+    V const even1 = f[1] + f[3], even2 = f[2] + f[4], even5 = f[5] + f[7], even6 = f[6] + f[8];
+    V const odd5 = f[5] - f[7], odd6 = f[6] - f[8], diagonals = even5 + even6;
+    V const excess = f[0] + (even1 + even2) + diagonals, rho = 1.0 + excess;
+    V jx = f[1] - f[3] + (odd5 - odd6), jy = f[2] - f[4] + (odd5 + odd6);
+    V Fx{}, Fy{};
+    if constexpr (F.force) take_half_force<F>(r, place, jx, jy, Fx, Fy);
+    V const inverse_rho = F.les ? eddy.inverse_density : 1.0 / rho;
+    V const ux = jx * inverse_rho, uy = jy * inverse_rho;
+    V xx = jx * ux, yy = jy * uy, xy = jx * uy;  // of what moves with u
+    if constexpr (F.force) xx = xx + ux * Fx, yy = yy + uy * Fy, xy = xy + 0.5 * (ux * Fy + uy * Fx);
+    V normal = even1 - even2 - (jx * ux - jy * uy), shear = even5 - even6 - jx * uy;  // the stress
+    if constexpr (F.force) normal = normal + (ux * Fx - uy * Fy), shear = shear + 0.5 * (ux * Fy + uy * Fx);
+    if constexpr (F.les)
+        normal = madd(4.0, eddy.normal_change, normal), shear = madd(4.0, eddy.shear_change, shear);
+    else
+        normal = (1.0 - r.shear) * normal, shear = (1.0 - r.shear) * shear;
+    V const third = rho * (1.0 / 3), half = 0.5 * normal;
+    HighMoments<F.force, V> const high(rho, excess, ux, uy, third + half, third - half, shear, Fx, Fy);
+    V const pressure = excess * (1.0 / 3);
+    xx = xx + (pressure + half), yy = yy + (pressure - half), xy = xy + shear;
+    V const along_x = jx + 0.5 * Fx - high.abb, along_y = jy + 0.5 * Fy - high.aab;
+    Corners<V> const corners(high, xy);
+    f[0] = excess - (xx + yy) + high.aabb;
+    f[1] = 0.5 * (xx - high.aabb + along_x);
+    f[3] = 0.5 * (xx - high.aabb - along_x);
+    f[2] = 0.5 * (yy - high.aabb + along_y);
+    f[4] = 0.5 * (yy - high.aabb - along_y);
+    f[5] = corners.even_plus + corners.odd_plus;
+    f[7] = corners.even_plus - corners.odd_plus;
+    f[8] = corners.even_minus + corners.odd_minus;
+    f[6] = corners.even_minus - corners.odd_minus;
+}
+
 //! The cell x of a row and those after it that V has room for.
 template <Features F, class V, class Stored>
 struct PlaneCell
@@ -223,7 +262,10 @@ void collide_whole(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrd
         PlaneCell<F, V, Stored> cell(f, s, x, first);
         Eddy<V> eddy;
         if constexpr (F.les) eddy = find_eddy_stress<F>(cell.f, r, cell.solid, cell.place);
-        collide_cell<F, V>(cell.f, r, cell.solid, cell.place, eddy);
+        if constexpr (F.central)
+            collide_central<F, V>(cell.f, r, cell.place, eddy);
+        else
+            collide_cell<F, V>(cell.f, r, cell.solid, cell.place, eddy);
         cell.put_back(f, s, x);
     }
 }

@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "participants/lbm/cell_row.hpp"
+#include "participants/lbm/collide_central.hpp"
 
 namespace lbm {
 
@@ -35,6 +36,56 @@ struct EvenOdd
         odd = one - other;
     }
 };
+
+//! Sums over a cell's populations: rho - 1, momentum, and if wanted of c c.
+template <bool stress, class V>
+struct Sums
+{
+    V excess, jx, jy, jz, xx{}, yy{}, zz{}, xy{}, xz{}, yz{};
+
+    template <class Cell>
+    [[gnu::always_inline]] explicit Sums(Cell const& f) noexcept
+    {
+        EvenOdd<V> const x(f, 1), y(f, 3), z(f, 5), p(f, 7), m(f, 9), q(f, 11), n(f, 13), o(f, 15), l(f, 17);
+        V const in_xy = p.even + m.even, in_xz = q.even + n.even, in_yz = o.even + l.even;
+        excess = f[0] + ((x.even + y.even) + (z.even + in_xy)) + (in_xz + in_yz);
+        jx = x.odd + (p.odd + m.odd) + (q.odd + n.odd);
+        jy = y.odd + (p.odd - m.odd) + (o.odd + l.odd);
+        jz = z.odd + (q.odd - n.odd) + (o.odd - l.odd);
+        if constexpr (stress) {
+            xx = x.even + in_xy + in_xz, yy = y.even + in_xy + in_yz, zz = z.even + in_xz + in_yz;
+            xy = p.even - m.even, xz = q.even - n.even, yz = o.even - l.even;
+        }
+    }
+};
+
+//! The body force on a cell, and half of it to its momentum. `place`: the cell's x, in a frame that turns.
+template <Features F, class V, class Force>
+[[gnu::always_inline]] inline void take_half_force(Relaxation const& r, [[maybe_unused]] V const& place, V& jx, V& jy,
+                                                   V& jz, Force& Fx, Force& Fy, Force& Fz) noexcept
+{
+    if constexpr (F.frame)
+        Fx = r.force[0] + r.slope[0] * place, Fy = r.force[1] + r.slope[1] * place,
+        Fz = r.force[2] + r.slope[2] * place;
+    else
+        Fx = r.force[0], Fy = r.force[1], Fz = r.force[2];
+    jx = jx + 0.5 * Fx, jy = jy + 0.5 * Fy, jz = jz + 0.5 * Fz;
+    if constexpr (F.frame) {
+        turn_with_half(r.turn, jx, jy, jz);
+        Fx = Fx - 2.0 * (r.turn[1] * jz - r.turn[2] * jy);
+        Fy = Fy - 2.0 * (r.turn[2] * jx - r.turn[0] * jz);
+        Fz = Fz - 2.0 * (r.turn[0] * jy - r.turn[1] * jx);
+    }
+}
+
+//! Rate of the stress with the large-eddy model, from the stress without its trace.
+template <class V>
+[[gnu::always_inline]] inline V eddy_rate(Relaxation const& r, V const& inverse_rho, V const& xx, V const& yy,
+                                          V const& zz, V const& xy, V const& xz, V const& yz) noexcept
+{
+    V const size = madd(xx, xx, madd(yy, yy, zz * zz)) + 2.0 * madd(xy, xy, madd(xz, xz, yz * yz));
+    return 2.0 / (r.tau + root(madd(r.smagorinsky_term * inverse_rho, root(2.0 * size), r.tau * r.tau)));
+}
 
 //! What a cell of D3Q19 is changed by. The populations are read for it, and once more when they are changed: what would
 //! be kept of them meanwhile has no room in the registers, and stores are what the machine has least of.
@@ -82,35 +133,13 @@ template <Features F, class V, class Cell>
         c.flux_rate = r.flux;
     auto& [base, inverse_rho, jx, jy, jz, even_rate, flux_rate, Fx, Fy, Fz, Gx, Gy, Gz, work, along_x, along_y, along_z,
            shear_xy, shear_xz, shear_yz, bulk] = c;
-    if constexpr (F.frame)
-        Fx = r.force[0] + r.slope[0] * place, Fy = r.force[1] + r.slope[1] * place,
-        Fz = r.force[2] + r.slope[2] * place;
-    else if constexpr (F.force)
-        Fx = r.force[0], Fy = r.force[1], Fz = r.force[2];
-
-    V excess;                  // rho - 1
-    V xx, yy, zz, xy, xz, yz;  // sums of c c f
-    {
-        EvenOdd<V> const x(f, 1), y(f, 3), z(f, 5), p(f, 7), m(f, 9), q(f, 11), n(f, 13), o(f, 15), l(f, 17);
-        V const in_xy = p.even + m.even, in_xz = q.even + n.even, in_yz = o.even + l.even;
-        excess = f[0] + ((x.even + y.even) + (z.even + in_xy)) + (in_xz + in_yz);
-        jx = x.odd + (p.odd + m.odd) + (q.odd + n.odd);
-        jy = y.odd + (p.odd - m.odd) + (o.odd + l.odd);
-        jz = z.odd + (q.odd - n.odd) + (o.odd - l.odd);
-        if constexpr (split) {
-            xx = x.even + in_xy + in_xz, yy = y.even + in_xy + in_yz, zz = z.even + in_xz + in_yz;
-            xy = p.even - m.even, xz = q.even - n.even, yz = o.even - l.even;
-        }
-    }
+    Sums<split, V> const sums(f);
+    V const excess = sums.excess;
+    V xx = sums.xx, yy = sums.yy, zz = sums.zz, xy = sums.xy, xz = sums.xz, yz = sums.yz;
+    jx = sums.jx, jy = sums.jy, jz = sums.jz;
     V const rho = 1.0 + excess;
     inverse_rho = 1.0 / rho;
-    if constexpr (F.force) jx = jx + 0.5 * Fx, jy = jy + 0.5 * Fy, jz = jz + 0.5 * Fz;
-    if constexpr (F.frame) {
-        turn_with_half(r.turn, jx, jy, jz);
-        Fx = Fx - 2.0 * (r.turn[1] * jz - r.turn[2] * jy);
-        Fy = Fy - 2.0 * (r.turn[2] * jx - r.turn[0] * jz);
-        Fz = Fz - 2.0 * (r.turn[0] * jy - r.turn[1] * jx);
-    }
+    if constexpr (F.force) take_half_force<F>(r, place, jx, jy, jz, Fx, Fy, Fz);
     Gx = Fx, Gy = Fy, Gz = Fz;  // force on the fluid, the solids' included
     if constexpr (F.grains) {
         V const slip_x = madd(jx * inverse_rho, s.fraction, -1.0 * s.momentum[0]),  // times eps
@@ -145,9 +174,7 @@ template <Features F, class V, class Cell>
         V const dx = xx - mean, dy = yy - mean, dz = zz - mean;
         V shear_rate = stiff(r.shear);
         if constexpr (F.les) {
-            V const size = madd(dx, dx, madd(dy, dy, dz * dz)) + 2.0 * madd(xy, xy, madd(xz, xz, yz * yz));
-            V const eddy =
-                2.0 / (r.tau + root(madd(r.smagorinsky_term * inverse_rho, root(2.0 * size), r.tau * r.tau)));
+            V const eddy = eddy_rate(r, inverse_rho, dx, dy, dz, xy, xz, yz);
             if constexpr (F.grains)
                 shear_rate = where_above(s.fraction, eddy_free, shear_rate, eddy);
             else
@@ -210,6 +237,60 @@ template <Features F, class V, class Cell>
     collide_pair(17, diagonal, bulk - along_x - shear_yz, jy - jz, Fy - Fz, Gy - Gz);
 }
 
+//! One cell of D3Q19, or several at once, in central moments (collide_central.hpp).
+template <Features F, class V, class Cell>
+[[gnu::always_inline]] inline void collide_central(Cell const& f, Relaxation const& r, V const& place) noexcept
+{
+    Sums<true, V> const sums(f);
+    V const excess = sums.excess;
+    V xx = sums.xx, yy = sums.yy, zz = sums.zz, xy = sums.xy, xz = sums.xz, yz = sums.yz;
+    V jx = sums.jx, jy = sums.jy, jz = sums.jz;
+    V const rho = 1.0 + excess, inverse_rho = 1.0 / rho, pressure = excess * (1.0 / 3), third = rho * (1.0 / 3);
+    V Fx{}, Fy{}, Fz{};
+    if constexpr (F.force) take_half_force<F>(r, place, jx, jy, jz, Fx, Fy, Fz);
+    V const ux = jx * inverse_rho, uy = jy * inverse_rho, uz = jz * inverse_rho;
+    // raw second moments of a cell that moves with u, before the collision (with half of the force less) and after it
+    V rx = madd(jx, ux, pressure), ry = madd(jy, uy, pressure), rz = madd(jz, uz, pressure);
+    V rxy = jx * uy, rxz = jx * uz, ryz = jy * uz;
+    xx = xx - rx, yy = yy - ry, zz = zz - rz, xy = xy - rxy, xz = xz - rxz, yz = yz - ryz;
+    if constexpr (F.force) {
+        V const wx = ux * Fx, wy = uy * Fy, wz = uz * Fz;
+        V const wxy = 0.5 * (ux * Fy + uy * Fx), wxz = 0.5 * (ux * Fz + uz * Fx), wyz = 0.5 * (uy * Fz + uz * Fy);
+        xx = xx + wx, yy = yy + wy, zz = zz + wz, xy = xy + wxy, xz = xz + wxz, yz = yz + wyz;
+        rx = rx + wx, ry = ry + wy, rz = rz + wz, rxy = rxy + wxy, rxz = rxz + wxz, ryz = ryz + wyz;
+    }
+    V const mean = (xx + yy + zz) * (1.0 / 3);
+    xx = xx - mean, yy = yy - mean, zz = zz - mean;
+    V left = V(1.0 - r.shear);  // of the stress
+    if constexpr (F.les) left = 1.0 - eddy_rate(r, inverse_rho, xx, yy, zz, xy, xz, yz);
+    xx = left * xx, yy = left * yy, zz = left * zz, xy = left * xy, xz = left * xz, yz = left * yz;
+    using High = HighMoments<F.force, V>;
+    V const kx = third + xx, ky = third + yy, kz = third + zz;
+    High const in_xy(rho, excess, ux, uy, kx, ky, xy, Fx, Fy), in_xz(rho, excess, ux, uz, kx, kz, xz, Fx, Fz),
+        in_yz(rho, excess, uy, uz, ky, kz, yz, Fy, Fz);
+    xx = xx + rx, yy = yy + ry, zz = zz + rz;
+    f.put(0, excess - (xx + yy + zz) + (in_xy.aabb + in_xz.aabb + in_yz.aabb));
+    auto const put_axis = [&](std::size_t q, V const& even, V const& odd) __attribute__((always_inline))
+    {
+        f.put(q, 0.5 * (even + odd));
+        f.put(q + 1, 0.5 * (even - odd));
+    };
+    put_axis(1, xx - (in_xy.aabb + in_xz.aabb), jx + 0.5 * Fx - (in_xy.abb + in_xz.abb));
+    put_axis(3, yy - (in_xy.aabb + in_yz.aabb), jy + 0.5 * Fy - (in_xy.aab + in_yz.abb));
+    put_axis(5, zz - (in_xz.aabb + in_yz.aabb), jz + 0.5 * Fz - (in_xz.aab + in_yz.aab));
+    auto const put_corners = [&](std::size_t q, High const& high, V const& ab) __attribute__((always_inline))
+    {
+        Corners<V> const c(high, ab);
+        f.put(q, c.even_plus + c.odd_plus);
+        f.put(q + 1, c.even_plus - c.odd_plus);
+        f.put(q + 2, c.even_minus + c.odd_minus);
+        f.put(q + 3, c.even_minus - c.odd_minus);
+    };
+    put_corners(7, in_xy, xy + rxy);
+    put_corners(11, in_xz, xz + rxz);
+    put_corners(15, in_yz, yz + ryz);
+}
+
 //! Collides the cells [begin, end) of a row, whole registers, in place. x = 0 is the row's cell `first`. Behind the
 //! row's end the next one begins in memory.
 template <Features F, class V, class Stored>
@@ -234,7 +315,13 @@ void collide_whole(Slots<3, Stored> const& slots, SolidRow const& row, std::ptrd
     {
         change<F, V>(CellInRow<V, Stored>{f, x}, c);
     };
-    if constexpr (F.les || F.split || F.grains) {  // so much is found that it would not stay in registers
+    if constexpr (F.central) {
+        for (std::ptrdiff_t x = begin; x < end; x += lanes) {
+            V place;
+            if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
+            collide_central<F, V>(CellInRow<V, Stored>{f, x}, r, place);
+        }
+    } else if constexpr (F.les || F.split || F.grains) {  // so much is found that it would not stay in registers
         for (std::ptrdiff_t x = begin; x < end; x += lanes) change_at(x, found_at(x));
     } else {
         SpaceChange<F, V> now = found_at(begin);

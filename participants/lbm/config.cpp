@@ -201,9 +201,10 @@ void read_solids(sluice::Reader& reader, Config& c)
 
 void read_collision(sluice::Reader& r, Config& c)
 {
-    c.collision =
-        static_cast<Operator>(r.choice_or("operator", c.dimension == 2 || r.has("les") ? 0 : 1, {"mrt", "trt", "bgk"}));
-    if (c.collision != Operator::bgk) c.magic = r.number_or("magic", c.magic, {.above = 0.0});
+    c.collision = static_cast<Operator>(
+        r.choice_or("operator", c.dimension == 2 || r.has("les") ? 0 : 1, {"mrt", "trt", "bgk", "central"}));
+    if (c.collision == Operator::mrt || c.collision == Operator::trt)
+        c.magic = r.number_or("magic", c.magic, {.above = 0.0});
     if (c.collision == Operator::mrt) {
         if (std::optional<sluice::Reader> rates = r.child_if("rates")) {
             sluice::Bounds const stable{.above = 0.0, .below = 2.0, .unit = "1/step"};
@@ -424,7 +425,7 @@ std::vector<std::string> describe(Config const& c)
     auto const [nx, ny, nz] = c.cells();
     std::string const lattice = c.dimension == 2 ? format("%td x %td cells of %g m, D2Q9, ", nx, ny, c.cell)
                                                  : format("%td x %td x %td cells of %g m, D3Q19, ", nx, ny, nz, c.cell);
-    char const* const names[] = {"MRT", "TRT", "BGK"};
+    char const* const names[] = {"MRT", "TRT", "BGK", "central moments"};
     std::string model = names[static_cast<int>(c.collision)];
     if (c.smagorinsky > 0) model += format(" with Smagorinsky, C_s = %g", c.smagorinsky);
     constexpr std::array surfaces{"cover cells in part", "interpolated surfaces", "direct forcing"};
@@ -450,7 +451,7 @@ std::vector<std::string> describe(Config const& c)
 }
 
 Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravity,
-                   std::optional<sluice::Rotation> const& rotation, bool phase)
+                   std::optional<sluice::Rotation> const& rotation, bool phase, int processes)
 {
     Config c;
     c.rotation = rotation;
@@ -489,7 +490,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     c.surface = static_cast<Surface>(r.choice_or("grains", 0, {"covered", "interpolated", "forced"}));
     c.lightest_grain = r.number_or("lightest_grain", 0, {.min = 0.0, .unit = "kg/m3"});
     c.precision = static_cast<Precision>(r.choice_or("precision", 0, {"double", "single"}));
-    c.threads = sluice::read_threads(r, "auto");
+    c.threads = sluice::read_threads(r, "auto", processes);
     bool const readable =
         c.cell > 0 && c.step > 0 && std::isfinite(c.step) && c.size[0] > 0 && c.viscosity > 0 && c.density > 0;
     if (readable)

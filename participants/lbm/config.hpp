@@ -25,7 +25,8 @@ enum class Operator
 {
     mrt,
     trt,
-    bgk
+    bgk,
+    central  //!< moments about the cell's velocity, collide_central.hpp
 };
 //! How moving bodies are in the lattice.
 enum class Surface
@@ -174,6 +175,7 @@ std::vector<std::string> describe(Config const& config);
 //! scene's; it enters the lattice if `gravity: true`. `rotation`: that of the scene's frame. `phase`: a partner sends
 //! one. Every mistake becomes a problem of the reader.
 Config read_config(sluice::Reader& reader, int dimension, std::array<double, 3> gravity,
-                   std::optional<sluice::Rotation> const& rotation = std::nullopt, bool phase = false);
+                   std::optional<sluice::Rotation> const& rotation = std::nullopt, bool phase = false,
+                   int processes = 1);
 
 }  // namespace lbm

@@ -178,7 +178,7 @@ Config read(sluice::Participant& self)
     auto reader = self.config();
     auto const* rotation = self.rotation();
     return read_config(reader, self.scene().dimension, self.scene().gravity,
-                       rotation ? std::optional(*rotation) : std::nullopt, phase);
+                       rotation ? std::optional(*rotation) : std::nullopt, phase, self.ranks());
 }
 
 void tell_of_what_is_stored(sluice::Participant& self, Config const& config, Layout const& layout)
@@ -191,13 +191,63 @@ void tell_of_what_is_stored(sluice::Participant& self, Config const& config, Lay
                   " cells hold fluid or are near it; the others, deep in solids at rest, are not stored");
 }
 
+//! What a run leaves behind. All processes make the same calls; the first writes.
 template <int D>
-Measured<D> measured(Solver<D>& solver, std::array<double, D> const& impulse, std::vector<double> const& on_solids)
+class Recording
 {
-    return {solver.max_speed(), solver.mass(), solver.momentum(), impulse, on_solids};
+ public:
+    Recording(sluice::Participant& self, Config const& config, Solver<D>& solver)
+        : self_(self), config_(config), solver_(solver), coarsen_(self.scene().coarsen)
+    {}
+
+    void begin(std::optional<double> resumed_at)
+    {
+        if (self_.rank() > 0) return;
+        recorder_.emplace(sluice::RunNames{self_.directory(), self_.name(), self_.scene().hash}, config_, coarsen_,
+                          resumed_at);
+        if (auto const remark = recorder_->remark(); !remark.empty()) self_.warn(remark);
+    }
+    void picture(double time)
+    {
+        auto const fields = solver_.fields(coarsen_);
+        if (recorder_) recorder_->picture(time, fields);
+    }
+    void row(double time, std::array<double, D> const& impulse, std::vector<double> const& on_solids)
+    {
+        Measured<D> const now{solver_.max_speed(), solver_.mass(), solver_.momentum(), impulse, on_solids};
+        if (recorder_) recorder_->row(time, now);
+    }
+    void close()
+    {
+        if (recorder_) recorder_->close();
+    }
+
+ private:
+    sluice::Participant& self_;
+    Config const& config_;
+    Solver<D>& solver_;
+    int coarsen_;
+    std::optional<Recorder<D>> recorder_;
+};
+
+void tell_at_start(sluice::Participant& self, Config const& config, Layout const& layout)
+{
+    tell_of_what_is_stored(self, config, layout);
+    self.fact("time step [s]", config.step);
+    self.fact("relaxation time", config.relaxation_time());
+    if (config.phase) self.fact("bulk modulus of the fluid [Pa]", config.units().pressure_unit() / 3);
 }
 
-//! Of several processes, all of which call it, the first speaks with partners and records.
+void tell_what_was_skipped(sluice::Participant& self, Shares const& shares, ranks::Peers* peers)
+{
+    double const covered =
+        peers ? ranks::sums(*peers, std::vector<double>{shares.covered_cells})[0] : shares.covered_cells;
+    self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel", 1 - covered / shares.steps);
+    self.skipped("solid fractions", "grains that moved too little keep those of the step before",
+                 1 - shares.rebuilt_bodies / shares.steps);
+}
+
+//! Of several processes, all of which call it, the first speaks with partners.
 template <int D>
 void run(sluice::Participant& self, Config const& config)
 {
@@ -214,26 +264,9 @@ void run(sluice::Participant& self, Config const& config)
             solver.restore(state);
             shares = Shares::kept(state);
         });
-    int const coarsen = self.scene().coarsen;
-    std::optional<Recorder<D>> recorder;
-    auto begin_recording = [&](std::optional<double> resumed_at) {
-        if (!first) return;
-        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash}, config, coarsen,
-                         resumed_at);
-        if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
-    };
-    auto picture = [&](double time) {
-        auto const fields = solver.fields(coarsen);
-        if (first) recorder->picture(time, fields);
-    };
-    auto row = [&](double time, Measured<D> const& now) {
-        if (first) recorder->row(time, now);
-    };
-    if (!self.resumes()) begin_recording(std::nullopt);
-    tell_of_what_is_stored(self, config, solver.layout());
-    self.fact("time step [s]", config.step);
-    self.fact("relaxation time", config.relaxation_time());
-    if (config.phase) self.fact("bulk modulus of the fluid [Pa]", config.units().pressure_unit() / 3);
+    Recording<D> recording(self, config, solver);
+    if (!self.resumes()) recording.begin(std::nullopt);
+    tell_at_start(self, config, solver.layout());
     auto const senders = self.senders("kinematics"), receivers = self.receivers("load");
     sluice::require(senders.size() <= 1, [] {
         return sluice::Error("lbm: kinematics from more than one participant (at most one sends them).");
@@ -249,10 +282,10 @@ void run(sluice::Participant& self, Config const& config)
     };
     if (!self.resumes()) tell();
     sluice::Windows windows = self.windows();
-    if (self.resumes()) begin_recording(self.resumed_at());
+    if (self.resumes()) recording.begin(self.resumed_at());
     bool const iterates = !self.scene().implicit.empty();  // windows may be computed several times before they stand
     for (sluice::Window const& window : windows) {
-        if (self.went_back()) begin_recording(self.resumed_at());
+        if (self.went_back()) recording.begin(self.resumed_at());
         auto const steps = static_cast<std::int64_t>(std::lround(window.length / config.step));
         if (config.lightest_grain > 0 && steps > 1 && window.index == 0)
             self.warn("lightest_grain: windows of " + std::to_string(steps) +
@@ -267,8 +300,8 @@ void run(sluice::Participant& self, Config const& config)
                 solver.set_bodies(bodies_of(bodies));
             }
             if (k == 0 && window.index == 0 && window.iteration == 0) {
-                picture(0.0);
-                row(0.0, measured<D>(solver, {}, on_solids));
+                recording.picture(0.0);
+                recording.row(0.0, {}, on_solids);
             }
             solver.step();
             if (k == 0) std::fill(on_solids.begin(), on_solids.end(), 0.0);
@@ -279,14 +312,11 @@ void run(sluice::Participant& self, Config const& config)
         }
         tell();
         if (iterates && !self.accepted(window)) continue;
-        if (window.output) picture(window.end);
-        if (window.series) row(window.end, measured<D>(solver, load.impulse(window.length), on_solids));
+        if (window.output) recording.picture(window.end);
+        if (window.series) recording.row(window.end, load.impulse(window.length), on_solids);
     }
-    self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel",
-                 1 - shares.covered_cells / shares.steps);
-    self.skipped("solid fractions", "grains that moved too little keep those of the step before",
-                 1 - shares.rebuilt_bodies / shares.steps);
-    if (first) recorder->close();
+    tell_what_was_skipped(self, shares, peers.get());
+    recording.close();
 }
 
 void take_part(sluice::Participant& self)

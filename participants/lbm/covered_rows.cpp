@@ -112,10 +112,9 @@ void find_forced_weights(std::ptrdiff_t begin, std::ptrdiff_t end, double tau, R
 #pragma omp simd
     for (std::ptrdiff_t x = begin; x < end; ++x) {
         double const rest = std::max(fraction[x] - forced[x], 0.0);
-        double const share = forced[x] + rest * weight_per_fraction(rest, drag[x], tau);
-        weight[x] = std::min(share, full_weight) / std::max(fraction[x], 1e-300);
+        weight[x] = weight_beside_forced(forced[x], rest, drag[x], tau);
         open[x] = open_share(rest, 0.0);
-        if constexpr (eased_by_inertia<D>) ease[x] = ease_per_fraction(rest, drag[x], tau);
+        if constexpr (eased_by_inertia<D>) ease[x] = forced[x] > 0 ? 0.0 : ease_per_fraction(rest, drag[x], tau);
     }
 }
 

@@ -20,6 +20,13 @@ std::vector<std::ptrdiff_t> cells_of_layers(Layout const& layout, std::size_t ax
 
 }  // namespace
 
+sluice::Error too_many(int processes, std::ptrdiff_t layers, std::size_t axis)
+{
+    return sluice::Error("fluid: " + std::to_string(processes) + " processes for a lattice of " +
+                         std::to_string(layers) + " layers of cells along " + "xyz"[axis] +
+                         " (needed: one layer or more for each). Give fewer ranks.");
+}
+
 Slabs::Slabs(Layout const& whole, std::size_t axis, int count)
 {
     auto const cells = cells_of_layers(whole, axis);
@@ -27,11 +34,7 @@ Slabs::Slabs(Layout const& whole, std::size_t axis, int count)
     for (std::size_t k = 0; k < cells.size(); ++k)
         if (cells[k] > 0) filled.push_back(static_cast<std::ptrdiff_t>(k));
     auto const layers = static_cast<std::ptrdiff_t>(filled.size());
-    sluice::require(count <= layers, [&] {
-        return sluice::Error("fluid: " + std::to_string(count) + " processes for a lattice of " +
-                             std::to_string(layers) + " layers of cells along " + "xyz"[axis] +
-                             " (needed: one layer or more for each). Give fewer ranks.");
-    });
+    sluice::require(count <= layers, [&] { return too_many(count, layers, axis); });
     cut_.push_back(0);
     std::ptrdiff_t next = 0, below = 0;  // layer of `filled`; cells in those before
     for (int rank = 1; rank < count; ++rank) {
@@ -62,6 +65,20 @@ Domain<D>::Domain(Layout whole, ranks::Peers* peers)
         origin_.push_back(static_cast<std::int64_t>(b));
     }
     if (peers_) own_.emplace(whole_.cells(), std::move(boxes));
+}
+
+template <int D>
+std::vector<std::ptrdiff_t> Domain<D>::missing_layers(int rank, std::ptrdiff_t first, std::ptrdiff_t last,
+                                                      bool periodic) const
+{
+    std::ptrdiff_t const n = whole_.cells()[D - 1];
+    std::vector<std::ptrdiff_t> layers;
+    for (std::ptrdiff_t k = first; k < last; ++k)
+        if ((periodic || (k >= 0 && k < n)) && slabs_.owner(wrap(k, n)) != rank) layers.push_back(wrap(k, n));
+    std::ranges::sort(layers);
+    auto const twice = std::ranges::unique(layers);
+    layers.erase(twice.begin(), twice.end());
+    return layers;
 }
 
 template class Domain<2>;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "coupler/base/error.hpp"
 #include "participants/lbm/layout.hpp"
 #include "participants/ranks/peers.hpp"
 
@@ -29,6 +30,9 @@ class Slabs
  private:
     std::vector<std::ptrdiff_t> cut_;  //!< the first layer of each, and the number of layers
 };
+
+//! Why so many processes cannot share so many layers across an axis.
+sluice::Error too_many(int processes, std::ptrdiff_t layers, std::size_t axis);
 
 //! What belongs to one of several sums, of one layer.
 template <std::size_t K>
@@ -66,6 +70,11 @@ class Domain
     {
         return !peers_ || (first >= begin() && last <= end());
     }
+
+    //! Those of the layers [first, last) that a process has not, ascending; beyond periodic sides those of the other
+    //! end, beyond others none.
+    std::vector<std::ptrdiff_t> missing_layers(int rank, std::ptrdiff_t first, std::ptrdiff_t last,
+                                               bool periodic) const;
 
     //! Sums of the parts of all processes, known to all, in the order of layers: the same bits for any number of
     //! processes. `parts`: of this one, in each sum ascending by layer; or one part with all that there is.

@@ -128,16 +128,18 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
 {
     auto const n = static_cast<std::size_t>(layout_.row(r).cells);
     std::array<std::vector<double>, D> solid;
-    std::vector<double> drag(n, 0.0);
+    std::vector<double> drag(n, 0.0), forced(n, 0.0);
     row.fraction.assign(n, 0.0);
     for (auto& v : solid) v.assign(n, 0.0);
     for (std::uint32_t const index : coverage_.row(r)) {
         Strip<D> const& s = coverage_.strips()[index];
         StripVelocity<D> const velocity(s, covering());
+        bool const forces =
+            config_.surface == Surface::forced && s.body < static_cast<std::ptrdiff_t>(covering().size());
         for (std::ptrdiff_t k = 0; k < s.count; ++k) {
             auto const x = static_cast<std::size_t>(s.begin + k);
             row.fraction[x] += s.fraction[k];
-            drag[x] += s.fraction[k] * s.drag;
+            (forces ? forced : drag)[x] += s.fraction[k] * (forces ? 1.0 : s.drag);
             for (std::size_t axis = 0; axis < D; ++axis)
                 solid[axis][x] += s.fraction[k] * velocity.at(axis, static_cast<int>(k));
         }
@@ -149,7 +151,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
         for (std::size_t axis = 0; axis < 3; ++axis)
             j[axis] = 0.5 * (relaxation.force[axis] + relaxation.slope[axis] * static_cast<double>(x));
         for (std::size_t axis = 0; axis < D; ++axis) j[axis] += row.velocity[axis][x];
-        double const share = weight_per_fraction(row.fraction[x], drag[x], relaxation_.tau);
+        double const share = weight_beside_forced(forced[x], row.fraction[x] - forced[x], drag[x], relaxation_.tau);
         double const fluid = 1 - share * row.fraction[x];
         typename Phase<D>::Cell fine;
         double const rho = 1 + row.excess[x];

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -87,17 +86,12 @@ class ForeignLayers
         for (auto& component : row.velocity) visit(component);
     }
     //! Layers that a process needs and has not.
-    static std::set<std::ptrdiff_t> needed(Domain<D> const& domain, int rank, bool periodic, std::ptrdiff_t k)
+    static std::vector<std::ptrdiff_t> needed(Domain<D> const& domain, int rank, bool periodic, std::ptrdiff_t k)
     {
-        std::ptrdiff_t const n = domain.whole().cells()[D - 1];
         auto const [first, last] = blocks_of(domain, rank, k);
-        std::set<std::ptrdiff_t> layers;
-        if (first == last) return layers;
-        for (std::ptrdiff_t layer = first * k - 1; layer <= std::min(last * k, n); ++layer) {
-            if (!periodic && (layer < 0 || layer >= n)) continue;
-            if (domain.slabs().owner(wrap(layer, n)) != rank) layers.insert(wrap(layer, n));
-        }
-        return layers;
+        if (first == last) return {};
+        return domain.missing_layers(rank, first * k - 1, std::min(last * k, domain.whole().cells()[D - 1]) + 1,
+                                     periodic);
     }
     template <class Read>
     static void append(Layout const& own, std::ptrdiff_t layer, Read&& read, std::vector<double>& numbers)

@@ -4,22 +4,28 @@
 namespace lbm {
 namespace {
 
-template <class Stored, bool Les, bool Force, bool Frame>
+template <class Stored, bool Les, bool Central, bool Force, bool Frame>
 constexpr Kernels<2> kernels = {
-    collide<Features{.les = Les, .force = Force, .frame = Frame}, Lanes<Stored>, Stored>,
+    collide<Features{.les = Les, .force = Force, .frame = Frame, .central = Central}, Lanes<Stored>, Stored>,
     collide<Features{.les = Les, .force = Force, .grains = true, .frame = Frame}, Lanes<double>, Stored>};
 
-template <class Stored, bool Les>
+template <class Stored, bool Les, bool Central>
 Kernels<2> chosen(Features const& f)
 {
-    if (f.frame) return kernels<Stored, Les, true, true>;
-    return f.force ? kernels<Stored, Les, true, false> : kernels<Stored, Les, false, false>;
+    if (f.frame) return kernels<Stored, Les, Central, true, true>;
+    return f.force ? kernels<Stored, Les, Central, true, false> : kernels<Stored, Les, Central, false, false>;
+}
+
+template <class Stored, bool Les>
+Kernels<2> colliding(Features const& f)
+{
+    return f.central ? chosen<Stored, Les, true>(f) : chosen<Stored, Les, false>(f);
 }
 
 template <class Stored>
 Kernels<2> stored_as(Features const& f)
 {
-    return f.les ? chosen<Stored, true>(f) : chosen<Stored, false>(f);
+    return f.les ? colliding<Stored, true>(f) : colliding<Stored, false>(f);
 }
 
 }  // namespace

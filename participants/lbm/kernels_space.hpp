@@ -5,25 +5,28 @@
 
 namespace lbm {
 
-template <class Stored, bool Les, bool Split, bool Force, bool Frame>
+template <class Stored, bool Les, bool Split, bool Central, bool Force, bool Frame>
 constexpr Kernels<3> kernels = {
-    collide<Features{.les = Les, .force = Force, .split = Split, .frame = Frame}, Lanes<Stored>, Stored>,
+    collide<Features{.les = Les, .force = Force, .split = Split, .frame = Frame, .central = Central}, Lanes<Stored>,
+            Stored>,
     collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame}, Lanes<double>,
             Stored>};
 
-template <class Stored, bool Les, bool Split>
+template <class Stored, bool Les, bool Split, bool Central>
 Kernels<3> chosen(Features const& f)
 {
-    if (f.frame) return kernels<Stored, Les, Split, true, true>;
-    return f.force ? kernels<Stored, Les, Split, true, false> : kernels<Stored, Les, Split, false, false>;
+    if (f.frame) return kernels<Stored, Les, Split, Central, true, true>;
+    return f.force ? kernels<Stored, Les, Split, Central, true, false>
+                   : kernels<Stored, Les, Split, Central, false, false>;
 }
 
 //! Defined for each type in a file of its own: compiling them takes a while.
 template <class Stored>
 Kernels<3> space_kernels(Features const& f)
 {
-    if (f.les) return chosen<Stored, true, false>(f);
-    return f.split ? chosen<Stored, false, true>(f) : chosen<Stored, false, false>(f);
+    if (f.central) return f.les ? chosen<Stored, true, false, true>(f) : chosen<Stored, false, true, true>(f);
+    if (f.les) return chosen<Stored, true, false, false>(f);
+    return f.split ? chosen<Stored, false, true, false>(f) : chosen<Stored, false, false, false>(f);
 }
 
 }  // namespace lbm

@@ -141,17 +141,9 @@ void Phase<D>::lay_out()
 template <int D>
 std::vector<std::ptrdiff_t> Phase<D>::border(int rank) const
 {
-    std::ptrdiff_t const n = cells_[D - 1], reach = 2 * width_ - 1;
-    auto const &begin = domain_.slabs().begin(rank), &end = domain_.slabs().end(rank);
-    std::vector<std::ptrdiff_t> layers;
-    for (std::ptrdiff_t k = begin - reach; k < end + reach; ++k) {
-        if (!periodic_[D - 1] && (k < 0 || k >= n)) continue;
-        if (domain_.slabs().owner(wrap(k, n)) != rank) layers.push_back(wrap(k, n));
-    }
-    std::ranges::sort(layers);
-    auto const twice = std::ranges::unique(layers);
-    layers.erase(twice.begin(), twice.end());
-    return layers;
+    std::ptrdiff_t const reach = 2 * width_ - 1;
+    return domain_.missing_layers(rank, domain_.slabs().begin(rank) - reach, domain_.slabs().end(rank) + reach,
+                                  periodic_[D - 1]);
 }
 
 //! The rows with solid of those layers that a process has.

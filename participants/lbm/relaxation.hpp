@@ -60,6 +60,8 @@ inline Relaxation relaxation(Config const& c) noexcept
         r.flux = odd;
     } else if (c.collision == Operator::bgk) {
         r.energy = r.square = r.flux = shear;
+    } else if (c.collision == Operator::central) {
+        r.energy = r.square = r.flux = 1;  // in cells with solids
     }
     return r;
 }

@@ -77,6 +77,13 @@ inline double weight_per_fraction(double fraction, double drag, double tau) noex
     return share / std::max(fraction, 1e-300);
 }
 
+//! The same where forced bodies cover `forced` of it, which is their B; fraction and drag are those of the others.
+inline double weight_beside_forced(double forced, double fraction, double drag, double tau) noexcept
+{
+    double const share = std::min(forced + fraction * weight_per_fraction(fraction, drag, tau), full_weight);
+    return share / std::max(forced + fraction, 1e-300);
+}
+
 //! q/(eps |u - u_s|) of a cell [steps/cell], by R = curvature_drag/(K - flat_drag); 0 without solid or curvature.
 inline double ease_per_fraction(double fraction, double drag, double tau) noexcept
 {

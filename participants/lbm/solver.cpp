@@ -112,6 +112,8 @@ Config const& checked(Config const& config)
 
 void require_shareable(Config const& config, int processes)
 {
+    std::ptrdiff_t const layers = config.cells()[config.axes() - 1];
+    require(processes <= layers, [&] { return too_many(processes, layers, config.axes() - 1); });
     require(processes == 1 || config.surface != Surface::interpolated, [&] {
         return Error("fluid: grains: interpolated with " + std::to_string(processes) +
                      " processes (needed: one). Give ranks: 1, and threads.");
@@ -368,7 +370,7 @@ bool Solver<D>::sum_loads()
     if (patches > 0) find_solid_loads(std::span(sums).subspan(n, patches), std::span(sums).subspan(n + patches));
     std::ptrdiff_t covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
     for (std::size_t i = 0; links_ && i < n; ++i) covered += static_cast<std::ptrdiff_t>(links_->cells_in(i));
-    share_.covered_cells = static_cast<double>(covered) / static_cast<double>(layout_.stored());
+    share_.covered_cells = static_cast<double>(covered) / static_cast<double>(domain_.whole().stored());
     return finite;
 }
 

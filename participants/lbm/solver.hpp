@@ -51,7 +51,8 @@ struct PointState
 //! How the work of the last step was shared out.
 struct Share
 {
-    double covered_cells;   //!< run by the kernel that knows grains, of all cells [-]
+    //! Run by the kernel that knows grains, of all cells of the lattice [-]; of a shared one this process's part of it.
+    double covered_cells;
     double rebuilt_bodies;  //!< whose solid fractions were computed anew, of all bodies [-]
 };
 

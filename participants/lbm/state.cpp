@@ -175,8 +175,9 @@ template <int D>
 typename Solver<D>::Motion Solver<D>::relax(std::size_t body, Motion const& told)
 {
     double const viscosity = (relaxation_.tau - 0.5) / 3,
-                 share = config_.lightest_grain /
-                         (config_.lightest_grain + virtual_mass(bodies_[body].radius, viscosity) * config_.density);
+                 displaced = config_.density * std::pow(config_.hydrodynamic_radius, D),  // by the grain's volume
+        share = config_.lightest_grain /
+                (config_.lightest_grain + virtual_mass(bodies_[body].radius, viscosity) * displaced);
     Motion load;
     auto const relaxed = [&](double& now, std::size_t k) { now = load[k] = share * now + (1 - share) * told[k]; };
     for (std::size_t k = 0; k < D; ++k) relaxed(force_[D * body + k], k);

@@ -264,16 +264,11 @@ participants:
     CHECK_MESSAGE(result.output.find("bug") == std::string::npos, result.output);
 }
 
-TEST_CASE("grains of several processes: what cannot be shared is refused, with the reason")
+TEST_CASE("several processes: what cannot be shared is refused, with the reason, when the scene is checked")
 {
     in_threads::Scratch scratch;
     auto const refused = [&](std::vector<std::string> const& settings, std::string const& reason) {
-        std::vector<std::string> words{sluice_command,
-                                       "run",
-                                       configs / "immersed_column.yaml",
-                                       "--out",
-                                       scratch.path() / "refused",
-                                       "--set",
+        std::vector<std::string> words{sluice_command, "check", configs / "immersed_column.yaml", "--set",
                                        "participants.grains.ranks=2"};
         for (auto const& setting : settings) words.insert(words.end(), {"--set", setting});
         auto const result = shell::run(words, scratch.path() / "output", 60);
@@ -284,6 +279,13 @@ TEST_CASE("grains of several processes: what cannot be shared is refused, with t
             "dem: grains that may sleep cannot be shared");
     refused({"on-death=restart", "checkpoint={windows: 10}"},
             "grains: on-death: restart with 2 processes that are coupled");
+    refused(
+        {"participants.grains.ranks=1", "participants.water.ranks=2", "on-death=restart", "checkpoint={windows: 10}"},
+        "water: on-death: restart with 2 processes that are coupled");
+    refused({"participants.water.ranks=2", "participants.water.config.grains=interpolated"},
+            "grains: interpolated with 2 processes");
+    refused({"participants.water.ranks=101", "participants.water.config.domain.size=[0.35, 0.01]"},
+            "101 processes for a lattice of 100 layers of cells along y");
 }
 
 TEST_CASE("a fluid that does not resolve: scenes without one of the two edges, or one of their blocks, are refused")

@@ -242,3 +242,54 @@ TEST_CASE("solver: a checkpoint in single precision takes half the room, and the
     config.precision = lbm::Precision::float64;
     CHECK(2 * in_single <= lbm::Solver<2>(config).bytes() + (2UL << 20));  // whole pages of 2 MiB
 }
+
+namespace {
+
+//! The velocity of pictures is that of a cell's momentum midway through the collision: summed up, what the lattice has
+//! less half of what it gives to the bodies in the step that follows.
+template <int D>
+void check_pictures(lbm::Surface surface, double viscosity)
+{
+    lbm::Config c;
+    c.dimension = D;
+    c.cell = c.step = c.density = 1;
+    c.viscosity = viscosity;
+    c.surface = surface;
+    c.size = {14, 12, D == 3 ? 13.0 : 0.0};
+    for (std::size_t k = 0; k < D; ++k) c.set_periodic(k);
+    lbm::Solver<D> solver(c);
+    solver.set_state([](auto const&) {
+        lbm::PointState<D> state;
+        state.velocity[0] = 0.03;
+        return state;
+    });
+    std::vector<double> position(D, 6.3), velocity(D, -0.01), spin(lbm::spins<D>, 0.002), radius{1.9};  // no core
+    double const cells = c.size[0] * c.size[1] * (D == 3 ? c.size[2] : 1.0);
+    double const rounding = std::numeric_limits<double>::epsilon() * cells * 0.03 * cells;  // of a sum one by one
+    for (int k = 0; k < 5; ++k) {
+        solver.set_bodies({position, velocity, spin, radius});
+        auto const fields = solver.fields();
+        auto expected = solver.momentum();
+        solver.step();
+        for (std::size_t axis = 0; axis < D; ++axis) {
+            double sum = 0;
+            for (std::size_t cell = 0; cell < fields.pressure.size(); ++cell)
+                sum += (1 + 3 * fields.pressure[cell]) * fields.velocity[D * cell + axis];
+            double const given = solver.exchange().force[axis];
+            CHECK(std::abs(given) > 1e-4);
+            CHECK(std::abs(sum - (expected[axis] - 0.5 * given)) < rounding);
+        }
+        for (std::size_t axis = 0; axis < D; ++axis) position[axis] += velocity[axis];
+    }
+}
+
+}  // namespace
+
+TEST_CASE("solver: pictures show the velocity of fluid and grains together, covered and forced")
+{
+    for (double const viscosity : {0.005, 0.1}) {
+        check_pictures<2>(lbm::Surface::covered, viscosity);
+        check_pictures<2>(lbm::Surface::forced, viscosity);
+        check_pictures<3>(lbm::Surface::forced, viscosity);
+    }
+}

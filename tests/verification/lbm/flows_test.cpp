@@ -23,6 +23,17 @@ TEST_CASE("L04: lid-driven cavity, 128 cells, Re = 100, 400, 1000")
     }
 }
 
+TEST_CASE("L04: the same in central moments" * doctest::skip())
+{
+    for (Cavity const& c : cavities()) {
+        verification::Stopwatch const watch;
+        double const error = cavity_error(c, 128, 0.05, {.collision = lbm::Operator::central});
+        CHECK(
+            verification::report({"L04", text("central, RMS of 30 points / U at Re=%.0f, N=%.0f [-]", c.reynolds, 128),
+                                  error, 0, error, c.mark, watch.seconds()}));
+    }
+}
+
 TEST_CASE("L04: order of the error at Re = 400, 32 to 128 cells, the lid's speed with the cell")
 {
     verification::Stopwatch const watch;

@@ -26,7 +26,8 @@ struct Scheme
 constexpr Scheme schemes[] = {{"bgk", lbm::Operator::bgk, 0},
                               {"trt", lbm::Operator::trt, 0},
                               {"mrt", lbm::Operator::mrt, 0},
-                              {"mrt + les", lbm::Operator::mrt, 0.1}};
+                              {"mrt + les", lbm::Operator::mrt, 0.1},
+                              {"central", lbm::Operator::central, 0}};
 
 //! One point of a map, and what a run there comes to: a number that says how well it went.
 struct Trial
@@ -269,9 +270,10 @@ TEST_CASE("stability: what must work and what must not go on unseen")
 {
     verification::Stopwatch const watch;
     Map map;
-    Scheme const &bgk = schemes[0], &mrt = schemes[2], &les = schemes[3];
+    Scheme const &bgk = schemes[0], &mrt = schemes[2], &les = schemes[3], &central = schemes[4];
     // what must work: marks are those of the sweeps
     CHECK(map.tried({"shear layers", "mrt + les, N=64", "Re", 1e5, "U", [&] { return shear_layers(les, 64, 1e5); }}));
+    CHECK(map.tried({"shear layers", "central, N=64", "Re", 1e5, "U", [&] { return shear_layers(central, 64, 1e5); }}));
     CHECK(map.tried({"free disc", "mrt", "density", 1.001, "turns", [&] { return free_disc(mrt, 1.001, 0.8); }}));
     CHECK(moving_disc(mrt, 0.1) < 0.05);
     CHECK(std::abs(turning(bgk, 0.1)) < 1e-9);
