@@ -257,6 +257,9 @@ int main(int argc, char** argv)
             auto const of = [&](Size const& s, double les) { return config(s, threads, les, precision); };
             show("MRT", rate(of(size, 0), size));
             show("MRT + LES", rate(of(size, 0.1), size));
+            auto central = of(size, 0);
+            central.collision = lbm::Operator::central;
+            show("central moments", rate(central, size));
             char const* const tall = "MRT + LES + discs, whole step";
             show(tall, rate(of(size, 0.1), size, tall, Column(size)));
             char const* const cut = "MRT + LES + discs, interpolated, whole step";
@@ -280,6 +283,7 @@ int main(int argc, char** argv)
             show("D3Q19 TRT", lbm::Operator::trt, 0, 0);
             show("D3Q19 MRT", lbm::Operator::mrt, 0, 0);
             show("D3Q19 MRT + LES", lbm::Operator::mrt, 0.1, 0);
+            show("D3Q19 central moments", lbm::Operator::central, 0, 0);
             show("D3Q19 TRT + spheres, whole step", lbm::Operator::trt, 0, 8);
             show("D3Q19 TRT + spheres, interpolated, whole step", lbm::Operator::trt, 0, 8, lbm::Surface::interpolated);
         }

@@ -26,8 +26,12 @@ struct Kind
     lbm::Operator collision;
     double smagorinsky;
 };
-constexpr std::array<Kind, 4> kinds = {
-    {{lbm::Operator::bgk, 0}, {lbm::Operator::trt, 0}, {lbm::Operator::mrt, 0}, {lbm::Operator::mrt, 0.1}}};
+constexpr std::array<Kind, 6> kinds = {{{lbm::Operator::bgk, 0},
+                                        {lbm::Operator::trt, 0},
+                                        {lbm::Operator::mrt, 0},
+                                        {lbm::Operator::mrt, 0.1},
+                                        {lbm::Operator::central, 0},
+                                        {lbm::Operator::central, 0.1}}};
 
 //! Some bodies at rest, so that both kernels run.
 template <int D>
