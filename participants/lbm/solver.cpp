@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "coupler/base/error.hpp"
 #include "participants/lbm/live_cells.hpp"
@@ -294,84 +293,6 @@ void Solver<D>::enter_rows(std::ptrdiff_t begin, std::ptrdiff_t end)
         enter_from_outside(rows, begin, end, walls_);
         for (std::ptrdiff_t r = begin; r < end; ++r) note_turned(rows, r, walls_);
     });
-}
-
-//! Of a body, or after the bodies a patch.
-template <int D>
-void Solver<D>::add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const
-{
-    if (links_ && index < bodies_.size()) {
-        parts.push_back({index, 0, links_->impulses()[index]});
-        return;
-    }
-    std::size_t const covering = index - (links_ ? bodies_.size() : 0);
-    auto const [begin, end] = coverage_.of_body(covering);
-    double const centre = index < bodies_.size() ? bodies_[index].centre[D - 1]
-                                                 : coverage_.patches()[index - bodies_.size()].centre[D - 1];
-    std::size_t const first = parts.size();
-    for (std::size_t k = begin; k < end; ++k) {
-        auto const layer = static_cast<std::int64_t>(std::llround(coverage_.strips()[k].arm[D - 1] + centre - 0.5));
-        if (parts.size() == first || parts.back().layer != layer) parts.push_back({index, layer, {}});
-        for (std::size_t f = 0; f < freedoms; ++f) parts.back().sum[f] += strip_load_[k][f];
-    }
-    if (!coverage_.has_all_of(covering) || parts.size() < first + 2) return;
-    for (std::size_t p = first + 1; p < parts.size(); ++p)
-        for (std::size_t f = 0; f < freedoms; ++f) parts[first].sum[f] += parts[p].sum[f];
-    parts.resize(first + 1);
-}
-
-//! What patches get through cells that are not stored.
-template <int D>
-void Solver<D>::add_rim_parts(std::size_t first, std::vector<SumPart<freedoms>>& parts) const
-{
-    constexpr std::int64_t none = -1;
-    std::vector<SumPart<freedoms>> now;  // of each patch
-    for (std::size_t i = 0; i < solid_exchange_.size(); ++i) now.push_back({first + i, none, {}});
-    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r)
-        for (std::size_t k = rim_start_[static_cast<std::size_t>(r)]; k < rim_start_[static_cast<std::size_t>(r) + 1];
-             ++k) {
-            auto& part = now[static_cast<std::size_t>(rim_load_[k].patch)];
-            if (part.layer != domain_.layer_of(r)) {
-                if (part.layer != none) parts.push_back(part);
-                part = {part.which, domain_.layer_of(r), {}};
-            }
-            for (std::size_t f = 0; f < freedoms; ++f) part.sum[f] += rim_load_[k].load[f];
-        }
-    for (auto const& part : now)
-        if (part.layer != none) parts.push_back(part);
-}
-
-//! Momentum and angular momentum of the step [lattice units]: by bodies, by patches, and by patches through cells that
-//! are not stored. Added up in one order, whatever the number of threads and processes.
-template <int D>
-std::vector<typename Solver<D>::Motion> Solver<D>::exchanged() const
-{
-    std::size_t const solids = bodies_.size() + solid_exchange_.size();
-    std::vector<SumPart<freedoms>> parts;
-    for (std::size_t i = 0; i < solids; ++i) add_parts(i, parts);
-    if (!rim_load_.empty()) add_rim_parts(solids, parts);
-    return domain_.totals(parts, solids + solid_exchange_.size());
-}
-
-//! Returns whether all loads are finite.
-template <int D>
-bool Solver<D>::sum_loads()
-{
-    std::size_t const n = bodies_.size(), patches = solid_exchange_.size();
-    double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
-    std::vector<Motion> const sums = n + patches > 0 ? exchanged() : std::vector<Motion>();
-    bool finite = true;
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t f = 0; f < D; ++f) exchange_[D * i + f] = sums[i][f] * force_unit;
-        for (std::size_t f = 0; f < spins<D>; ++f) exchange_torque_[spins<D> * i + f] = sums[i][D + f] * torque_unit;
-        finite = finite && std::isfinite(std::accumulate(sums[i].begin(), sums[i].end(), 0.0));
-    }
-    find_loads();
-    if (patches > 0) find_solid_loads(std::span(sums).subspan(n, patches), std::span(sums).subspan(n + patches));
-    std::ptrdiff_t covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
-    for (std::size_t i = 0; links_ && i < n; ++i) covered += static_cast<std::ptrdiff_t>(links_->cells_in(i));
-    share_.covered_cells = static_cast<double>(covered) / static_cast<double>(domain_.whole().stored());
-    return finite;
 }
 
 template class Solver<2>;
