@@ -473,6 +473,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> gravi
     read_collision(r, c);
     read_walls(r, c);
     read_solids(r, c);
+    c.output = read_output(r, dimension, c.origin, c.size);
     take(r.numbers_or("acceleration", zero, {.unit = "m/s2"}), c.acceleration);
     if (auto block = r.child_if("oscillation")) {
         Oscillation oscillation;

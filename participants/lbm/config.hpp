@@ -8,6 +8,7 @@
 #include "coupler/scene/scene.hpp"
 #include "participants/files/stl_file.hpp"
 #include "participants/lbm/lattice_units.hpp"
+#include "participants/lbm/output_config.hpp"
 
 namespace sluice {
 class Reader;
@@ -145,6 +146,7 @@ struct Config
     double lightest_grain = 0;                 //!< its density, if it is light beside the fluid [kg/m3]; 0: none is
     double hydrodynamic_radius = 1;            //!< the fluid sees a disc of this factor times its radius
     std::optional<PhaseConfig> phase{};
+    OutputConfig output{};
     int threads = 1;
 
     LatticeUnits units() const noexcept { return {cell, step, density, dimension}; }

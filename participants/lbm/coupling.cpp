@@ -209,12 +209,12 @@ class Recording
     }
     void picture(double time)
     {
-        auto const fields = solver_.fields(coarsen_);
+        auto const fields = solver_.fields(coarsen_, config_.output.fields);
         if (recorder_) recorder_->picture(time, fields);
     }
     void row(double time, std::array<double, D> const& impulse, std::vector<double> const& on_solids)
     {
-        Measured<D> const now{solver_.max_speed(), solver_.mass(), solver_.momentum(), impulse, on_solids};
+        auto const now = measured<D>(solver_, impulse, on_solids);
         if (recorder_) recorder_->row(time, now);
     }
     void close()

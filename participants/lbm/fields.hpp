@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "participants/lbm/output_config.hpp"
+
 namespace lbm {
 
 //! Fields of the fluid for output, SI, shape [z][y][x] with x fastest, one value for each block of coarsen cells each
@@ -17,6 +19,23 @@ struct Fields
     std::vector<double> pressure;        //!< p - p_0 [Pa]; without hydrostatics unless gravity acts on the lattice
     std::vector<double> vorticity;       //!< curl of the velocity [1/s], one (plane) or three for each block
     std::vector<double> solid_fraction;  //!< [-]
+    std::vector<double> q_criterion;     //!< -1/2 d u_a/d x_b d u_b/d x_a [1/s2]: above 0 where turning outdoes shear
+};
+
+//! What the fluid does at a place, SI.
+template <int D>
+struct Sample
+{
+    std::array<double, D> velocity{};
+    double pressure = 0;
+    double solid_fraction = 1;
+};
+
+//! Of the fluid, without what solids cover of each cell; in the plane per metre.
+struct Energies
+{
+    double kinetic;    //!< [J]
+    double enstrophy;  //!< integral of |curl u|^2/2 [m3/s2]
 };
 
 //! One row of cells in lattice units: density excess, velocity, solid fraction.

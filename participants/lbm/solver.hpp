@@ -96,8 +96,11 @@ class Solver
     LoadsView solid_loads() const noexcept { return {solid_force_, solid_torque_}; }  //!< on solids at rest
     std::vector<double> solid_volumes() const;  //!< of their parts that are stored [cells]
 
-    Fields fields(int coarsen = 1);  //!< the first process gets all blocks, others their own
-    double max_speed();              //!< [m/s]
+    //! The first process gets all blocks, others their own.
+    Fields fields(int coarsen = 1, FieldChoice const& choice = {});
+    Energies energies();
+    std::vector<Sample<D>> samples(std::span<std::array<double, D> const> places);  //!< places in the domain [m]
+    double max_speed();                                                             //!< [m/s]
     //! Sum of rho dx^D over the cells that are stored, solids' fluid included (not that of interpolated bodies) [kg];
     //! in the plane per metre.
     double mass();
@@ -156,6 +159,7 @@ class Solver
     std::array<double, spins<D>> torque_of_field(std::array<double, D> moment, std::array<double, D> const& a) const;
     void resize_loads(std::size_t bodies);
     void complete();
+    void prepare_to_read();
     std::array<double, D> place_of(std::array<double, D> at) const;
     std::array<double, D> centre_of(std::ptrdiff_t x, std::ptrdiff_t r) const;
     std::array<double, 3> force_on(Relaxation const& row, std::ptrdiff_t x, double rho,

@@ -218,6 +218,9 @@ TEST_CASE("water of several processes leaves the bytes of one, whatever the grai
             CHECK(same_bytes(table, many / table.filename()));
             for (auto const& entry : std::filesystem::recursive_directory_iterator(one / fluid))
                 CHECK(same_bytes(entry.path(), many / fluid / entry.path().filename()));
+            for (auto const& entry : std::filesystem::directory_iterator(one))  // lines
+                if (entry.path().filename().string().starts_with(fluid + ".") && entry.path().extension() == ".csv")
+                    CHECK(same_bytes(entry.path(), many / entry.path().filename()));
             std::filesystem::remove_all(many);
         }
         std::filesystem::remove_all(one);

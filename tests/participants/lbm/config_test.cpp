@@ -212,3 +212,26 @@ TEST_CASE("config: grains wider than a cell are warned of where they are not res
     std::string const coarse = "phase: {drag: ergun, diameter: 2e-3, solid_density: 2650}\n";
     CHECK(warns(read(whole + coarse, {0, -9.81}, true), "phase.diameter"));
 }
+
+TEST_CASE("config: what a run leaves behind")
+{
+    auto const c = read(whole + R"(
+fields: [pressure, q_criterion]
+energy: true
+probes: [{name: base, at: [0.1, 0.51]}, {at: [0, 0.5]}]
+lines: [{name: floor, from: [0, 0.51], to: [0.2, 0.55], points: 5}]
+)");
+    CHECK(c.output.fields ==
+          lbm::FieldChoice{.velocity = false, .vorticity = false, .solid_fraction = false, .q_criterion = true});
+    CHECK(c.output.energy);
+    REQUIRE(c.output.probes.size() == 2);
+    CHECK(c.output.probes[1].name == "probe_1");
+    REQUIRE(c.output.lines.size() == 1);
+    CHECK(c.output.lines[0].place(4)[1] == close_to(0.55));
+    CHECK(c.output.lines[0].place(1)[0] == close_to(0.05));
+    CHECK(read(whole).output.fields == lbm::FieldChoice{});
+    CHECK(contains(errors(whole + "fields: [speed]\n"), "speed is none (known: velocity"));
+    CHECK(contains(errors(whole + "probes: [{at: [0.1, 0.4]}]\n"), "has y = 0.4 m, outside the domain"));
+    CHECK(contains(errors(whole + "probes: [{name: a, at: [0.1, 0.5]}, {name: a, at: [0.1, 0.5]}]\n"), "there twice"));
+    CHECK(contains(errors(whole + "lines: [{from: [0, 0.5], to: [0.1, 0.5], points: 1}]\n"), "points"));
+}

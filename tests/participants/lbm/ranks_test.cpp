@@ -104,10 +104,23 @@ void look(lbm::Solver<D>& solver, bool first, Trace& trace)
     auto const add = [&](auto const& numbers) { trace.insert(trace.end(), numbers.begin(), numbers.end()); };
     add(std::array{solver.mass(), solver.max_speed()});
     add(solver.momentum());
+    auto const energies = solver.energies();
+    add(std::array{energies.kinetic, energies.enstrophy});
+    std::vector<std::array<double, D>> places;
+    for (int k = 0; k < 20; ++k) {
+        std::array<double, D> place;
+        for (std::size_t axis = 0; axis < D; ++axis) place[axis] = solver.config().size[axis] * k / 19.0;
+        places.push_back(place);
+    }
+    for (auto const& sample : solver.samples(places)) {
+        add(sample.velocity);
+        add(std::array{sample.pressure, sample.solid_fraction});
+    }
     for (int const coarsen : {1, 3}) {
-        auto const fields = solver.fields(coarsen);
+        auto const fields = solver.fields(coarsen, {.q_criterion = true});
         if (!first) continue;
-        for (auto const& values : {fields.velocity, fields.pressure, fields.vorticity, fields.solid_fraction})
+        for (auto const& values :
+             {fields.velocity, fields.pressure, fields.vorticity, fields.solid_fraction, fields.q_criterion})
             add(values);
     }
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include "coupler/base/error.hpp"
@@ -292,4 +293,68 @@ TEST_CASE("solver: pictures show the velocity of fluid and grains together, cove
         check_pictures<2>(lbm::Surface::forced, viscosity);
         check_pictures<3>(lbm::Surface::forced, viscosity);
     }
+}
+
+TEST_CASE("solver: samples between cells are linear, and at a side those of the last cell")
+{
+    lbm::Config c;
+    c.dimension = 2;
+    c.cell = 0.5, c.step = 0.1, c.density = 1000;
+    c.viscosity = 0.1;
+    c.origin = {1, 2, 0};
+    c.size = {10, 8, 0};
+    lbm::Solver<2> solver(c);
+    auto const pressure = [](double x, double y) { return 3 * x - 5 * y; };
+    solver.set_state([&](std::array<double, 2> const& at) {
+        lbm::PointState<2> state;
+        state.pressure = pressure(at[0], at[1]);
+        return state;
+    });
+    std::vector<std::array<double, 2>> const places{{4.1, 6.3}, {1.25, 2.25}, {10.7, 9.6}, {1, 5.25}, {5.25, 10}};
+    auto const samples = solver.samples(places);
+    for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(samples[k].pressure == close_to(pressure(places[k][0], places[k][1])).epsilon(1e-12));
+        CHECK(std::abs(samples[k].velocity[0]) < 1e-12);
+        CHECK(samples[k].solid_fraction == 0);
+    }
+    CHECK(samples[3].pressure == close_to(pressure(1.25, 5.25)).epsilon(1e-12));
+    CHECK(samples[4].pressure == close_to(pressure(5.25, 9.75)).epsilon(1e-12));
+}
+
+TEST_CASE("solver: energy, enstrophy and Q-criterion of flows that have closed forms")
+{
+    lbm::Config c;
+    c.dimension = 2;
+    c.cell = 0.5, c.step = 0.01, c.density = 1000;
+    c.viscosity = 0.1;
+    c.size = {16, 16, 0};
+    for (std::size_t k = 0; k < 2; ++k) c.set_periodic(k);
+    double const u = 0.1, wave = 2 * std::numbers::pi / 16;
+    lbm::Solver<2> vortices(c);
+    vortices.set_state([&](std::array<double, 2> const& at) {
+        lbm::PointState<2> state;
+        state.velocity = {u * std::sin(wave * at[1]), 0};
+        return state;
+    });
+    auto const energies = vortices.energies();
+    // differences of neighbours see a wave number of sin(k dx)/dx; squares of sines are 1/2 in the mean, exactly
+    double const seen = std::sin(wave * c.cell) / c.cell;
+    CHECK(energies.kinetic == close_to(0.25 * c.density * u * u * 256).epsilon(1e-12));
+    CHECK(energies.enstrophy == close_to(0.25 * u * u * seen * seen * 256).epsilon(1e-12));
+    for (double const q : vortices.fields(1, {.q_criterion = true}).q_criterion) CHECK(std::abs(q) < 1e-12);  // shear
+
+    lbm::Config box = c;
+    box.walls = {};
+    lbm::Solver<2> turning(box);
+    double const rate = 0.05;
+    turning.set_state([&](std::array<double, 2> const& at) {
+        lbm::PointState<2> state;
+        state.velocity = {-rate * (at[1] - 8), rate * (at[0] - 8)};
+        return state;
+    });
+    auto const fields = turning.fields(
+        1, {.velocity = false, .pressure = false, .vorticity = false, .solid_fraction = false, .q_criterion = true});
+    CHECK(fields.velocity.empty());
+    CHECK(fields.vorticity.empty());
+    for (double const q : fields.q_criterion) CHECK(q == close_to(rate * rate).epsilon(1e-10));
 }

@@ -62,7 +62,8 @@ double heavy_sphere(double cells)
     for (auto const side : {lbm::right, lbm::upper_y}) c.walls[side].kind = lbm::Border::slip;  // mirrors: a period
     c.density = 1;
     c.viscosity = viscosity;
-    c.step = 0.05 * cell;
+    c.step = 0.1 * cell;
+    c.collision = lbm::Operator::central;
     lbm::Solver<3> solver(c);
     FreeBody<3> sphere({0, 0, height - 2}, 0.5, 1.5, 1);
     sphere.images = 4;
@@ -73,14 +74,15 @@ double heavy_sphere(double cells)
 
 }  // namespace
 
-//! A minute and some. Mark: 3 % of the file.
-TEST_CASE("C02c: a heavy sphere falls freely at Ga = 144, d = 12 and 18 cells" * doctest::skip())
+//! Minutes. Marks: 3 % of the file; 5 %, which other codes reach with 24 cells at such a Reynolds number (Rettinger and
+//! Ruede, Comput. Fluids 154 (2017) 74).
+TEST_CASE("C02c: a heavy sphere falls freely at Ga = 144, d = 18 and 24 cells" * doctest::skip())
 {
-    for (double const cells : {12.0, 18.0}) {
+    for (auto const& [cells, mark] : {std::pair{18.0, 0.05}, std::pair{24.0, 0.03}}) {
         verification::Stopwatch const watch;
         double const got = heavy_sphere(cells);
         CHECK(verification::report({"C02c", text("d = %.0f dx: Reynolds number [-]", cells, 0), got, 185.08,
-                                    relative(got, 185.08), 0.03, watch.seconds()}));
+                                    relative(got, 185.08), mark, watch.seconds()}));
     }
 }
 
