@@ -51,7 +51,7 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
     : setup_(std::move(setup)),
       state_(std::move(state)),
       packed_(1),
-      grid_(setup_.cells, joined_axes(setup_), setup_.basis == BasisKind::cpdi ? ring_of_corners<D> : 1),
+      grid_(setup_.cells, joined_axes(setup_), rings_of_nodes(setup_.basis, D)),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
 {
@@ -127,8 +127,8 @@ void Solver<D>::step(double dt)
     double const longest = largest_courant * limit();
     require(dt > 0 && dt <= (1 + 1e-9) * longest, [&] {
         return Error("mpm: t = " + number(state_.time) + " s: step = " + number(dt) + " s (must be at most " +
-                         number(longest) + " s, " + number(largest_courant) + " cells at " + number(speed_) +
-                         " m/s). Try step: auto.",
+                         number(longest) + " s, " + number(largest_courant) + " cells at " +
+                         number(setup_.cell / limit()) + " m/s). Try step: auto.",
                      Exit::numerical);
     });
     if (!setup_.plates.empty()) grains_.set_plates(plates_at(setup_, state_.time, dt));

@@ -287,6 +287,11 @@ TEST_CASE("solver: what blows up is named, with point, place and time")
     auto solver = mpm::make_solver<2>(c);
     CHECK(contains(error_of([&] { solver.step(0.61 * solver.limit()); }), "0.6 cells at"));
     CHECK(error_of([&] { solver.step(0.6 * solver.limit()); }) == "");
+    mpm::Grain<2> grain;  // faster than any wave
+    grain.velocity = {1e4, 0}, grain.radius = 0.2;
+    solver.set_grains({grain});
+    CHECK(contains(error_of([&] { solver.step(0.61 * solver.limit()); }), "0.6 cells at 10000 m/s"));
+    solver.set_grains({});
 
     mpm::Config leaving = c;
     leaving.bodies[0].velocity = {50, 0, 0};
