@@ -198,7 +198,7 @@ void Solver<D>::step_plain(double dt)
     transfer_->to_grid(setup_, state_, loads_, shifts_of_stress(), grid_);
     move_nodes(field, dt);
     if (grains_.any()) touch_grains(dt);
-    hold_nodes();
+    hold_nodes(dt);
     nodes_reached_ = static_cast<std::size_t>(
         std::count_if(grid_.nodes().begin(), grid_.nodes().end(), [](auto const& node) { return node.mass > 0; }));
     transfer_->to_points(setup_, field, state_, grid_, dt);
@@ -241,7 +241,6 @@ void Solver<D>::move_nodes(Field<D> const& field, double dt)
             v = node.before + dt * (v + setup_.gravity);
         }
         booked.external_work += 0.5 * dt * node.outer.dot(node.before + v);
-        booked.damping += 0.5 * node.mass * (1 - kept * kept) * v.squaredNorm();
         node.velocity = kept * v;
     }
 }
@@ -262,10 +261,12 @@ void Solver<D>::touch_grains(double dt)
 }
 
 //! ... and walls. Work of friction: its impulse times the mean of the velocities at the ends of the step; a node that
-//! sticks makes none.
+//! sticks makes none. Damping takes energy of what walls leave: they do the same to all multiples of a velocity, so
+//! that it may as well act after them.
 template <int D>
-void Solver<D>::hold_nodes()
+void Solver<D>::hold_nodes(double dt)
 {
+    double const damped = 0.5 * std::expm1(2 * setup_.damping * dt);  // of mass x the square of what is left
     for (Node<D>& node : grid_.nodes()) {
         if (node.mass <= 0) continue;
         Vec<D> v = node.velocity;
@@ -280,6 +281,7 @@ void Solver<D>::hold_nodes()
             state_.booked.sliding += 0.5 * node.mass * rubbed.dot(node.before + v);
         }
         node.velocity = v;
+        state_.booked.damping += damped * node.mass * v.squaredNorm();
     }
 }
 
