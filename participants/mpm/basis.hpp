@@ -79,4 +79,11 @@ enum class BasisKind
     cpdi
 };
 
+//! Rings of nodes around the domain that points may reach. Of a parallelepiped: its edges end within one cell along
+//! each of `dimension` axes, its middle within half of one.
+constexpr int rings_of_nodes(BasisKind basis, int dimension)
+{
+    return basis == BasisKind::cpdi ? dimension + 1 : 1;
+}
+
 }  // namespace mpm

@@ -28,12 +28,20 @@ void each_column(Each&& each)
     each("points/gap", 1, [](Point<D>& p) { return &p.matter.gap; });
 }
 
+//! An edge of a point's domain that F leaves no length has no direction (half_edges()).
+template <int D>
+bool has_edges(Mat3 const& gradient)
+{
+    return gradient.allFinite() && gradient.topLeftCorner<D, D>().colwise().norm().minCoeff() > 0;
+}
+
 template <int D>
 void require_usable(Solver<D> const& solver, State<D> const& state)
 {
     for (Point<D> const& p : state.points) {
         bool const usable = solver.contains(p.place) && p.mass > 0 && p.volume > 0 && p.matter.ratio > 0 &&
                             std::isfinite(p.mass + p.volume) && std::isfinite(p.matter.ratio) &&
+                            std::isfinite(p.matter.plastic_strain + p.matter.gap) && has_edges<D>(p.matter.gradient) &&
                             p.matter.stress.allFinite() && p.velocity.allFinite() && p.slope.allFinite();
         require(usable, [&] {
             return Error("mpm: the checkpoint has a point " + std::to_string(p.id) +

@@ -52,15 +52,22 @@ void read_domain(sluice::Reader& r, Config& c)
     domain.finish();
     c.cell = r.number("cell", {.above = 0.0, .unit = "m"});
     if (!r.diagnostics()->problems.empty()) return;
-    double nodes = 1;
     for (std::size_t k = 0; k < static_cast<std::size_t>(c.dimension); ++k) {
         double const cells = c.size[k] / c.cell;
-        nodes *= cells + 3;
         if (!is_whole(cells) || cells < 0.5)
             r.problem("domain",
                       format("has a size of %g m along %c, %.6g cells of %g m (must be a whole number). Take %.9g m.",
                              c.size[k], "xyz"[k], cells, c.cell, std::max(1.0, std::round(cells)) * c.cell));
     }
+}
+
+//! The nodes of the grid are known by domain and basis.
+void check_nodes(sluice::Reader& r, Config const& c)
+{
+    if (!r.diagnostics()->problems.empty()) return;
+    double nodes = 1;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(c.dimension); ++k)
+        nodes *= c.size[k] / c.cell + 1 + 2 * rings_of_nodes(c.basis, c.dimension);
     if (nodes > most_nodes) r.problem("cell", format("= %g m makes %.3g nodes (at most 1e9).", c.cell, nodes));
 }
 
@@ -69,10 +76,12 @@ void read_basis(sluice::Reader& r, Config& c, Beside const& beside)
     c.points = static_cast<int>(r.integer_or("points", c.points, {.min = 1, .max = 16}));
     c.basis = static_cast<BasisKind>(r.choice_or("basis", 0, {"gimp", "linear", "spline", "cpdi"}));
     c.width = static_cast<Width>(r.choice_or("width", 0, {"fixed", "stretch"}));
-    if (c.basis != BasisKind::cpdi) return;
     auto const refuse = [&](char const* key, bool where, char const* text) {
         if (where) r.refuse(key, text);
     };
+    refuse("width", c.width == Width::stretch && (c.basis == BasisKind::linear || c.basis == BasisKind::spline),
+           "beside basis = linear or spline (whose points have no width). Leave width out, or try basis: gimp.");
+    if (c.basis != BasisKind::cpdi) return;
     refuse("width", c.width == Width::stretch,
            "beside basis = cpdi (its points follow all of F). Leave width out, or try basis: gimp.");
     refuse("basis", beside.grains,
@@ -315,6 +324,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
     if (beside.rotation) c.rotation = *beside.rotation;
     read_domain(r, c);
     read_basis(r, c, beside);
+    check_nodes(r, c);
     read_scheme(r, c);
     read_symmetry(r, c, beside);
     sluice::Reader material = r.child("material");

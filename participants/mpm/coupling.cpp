@@ -209,9 +209,14 @@ void advance(Solver<D>& solver, Config const& config, sluice::Window const& wind
     }
     double done = 0;
     while (true) {
-        if (edge.exists()) solver.set_grains(edge.grains(window.begin + done, 0));
         double const left = window.length - done;
-        auto const steps = std::max(1.0, std::ceil(left / solver.longest_step() - 1e-9));
+        auto const steps_at = [&](double time) {
+            if (edge.exists()) solver.set_grains(edge.grains(time, 0));
+            return std::max(1.0, std::ceil(left / solver.longest_step() - 1e-9));
+        };
+        // a step has the grains of its end, which may be faster
+        double steps = steps_at(window.begin + done);
+        for (double more; (more = steps_at(window.begin + done + left / steps)) > steps;) steps = more;
         step(done, left / steps);
         if (steps == 1) return;
         done += left / steps;
@@ -223,7 +228,7 @@ void describe(Solver<D> const& solver, Config const& config)
 {
     std::printf("mpm: %zu points in cells of %g m\n", solver.state().points.size(), config.cell);
     std::printf("mpm: longest step %.4g s (Courant number %g; limit %.4g s)\n",
-                config.step ? *config.step : solver.longest_step(), config.courant, solver.limit());
+                config.step ? *config.step : solver.longest_step(), config.courant, largest_courant * solver.limit());
 }
 
 template <int D>
@@ -305,7 +310,7 @@ void run(sluice::Participant& self, Config const& config)
         self.fact("sweeps over them, a step", start.sweeps / steps);
     }
     double all = 1;
-    for (int const cells : solver.setup().cells) all *= cells + 3;
+    for (int const cells : solver.setup().cells) all *= cells + 1 + 2 * rings_of_nodes(config.basis, D);
     self.skipped("empty cells", "nodes that no point reaches do not exist",
                  1 - static_cast<double>(solver.nodes()) / all);
     recorder->close();

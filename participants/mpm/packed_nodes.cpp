@@ -119,7 +119,6 @@ void PackedNodes<D>::move(std::size_t slice, Setup<D> const& setup, Field<D> con
     double const kept = std::exp(-setup.damping * dt), least = light_mass(setup);
     Vec<D> const gravity = setup.gravity;
     Slice& own = slices_[slice];
-    double damped = 0;
     std::int64_t light = 0, reached = 0;
     for (std::size_t i = own.begin; i < own.end; ++i) {
         double const m = planes_[T::mass][i];
@@ -136,13 +135,11 @@ void PackedNodes<D>::move(std::size_t slice, Setup<D> const& setup, Field<D> con
             v = before + dt * (v + gravity);
         }
         bool const counts = is_first(i);
-        damped += counts ? m * v.squaredNorm() : 0;
         v *= kept;
         set(T::before, i, before), set(T::velocity, i, v), set(T::change, i, v - before);
         light += counts && m < least;
         reached += counts;
     }
-    own.sums.damped = 0.5 * (1 - kept * kept) * damped;
     own.sums.light = light;
     own.sums.reached = reached;
 }
@@ -163,7 +160,7 @@ void PackedNodes<D>::touch(Setup<D> const& setup, double time, double dt, GrainC
 }
 
 template <int D>
-void PackedNodes<D>::hold(std::size_t slice, Setup<D> const& setup, double time)
+void PackedNodes<D>::hold(std::size_t slice, Setup<D> const& setup, double time, double dt)
 {
     Slice& own = slices_[slice];
     own.gripped.clear();
@@ -185,6 +182,17 @@ void PackedNodes<D>::hold(std::size_t slice, Setup<D> const& setup, double time)
                 if (planes_[T::mass][i] > 0) hold_node(i, wall, own);
         }
     }
+    if (setup.damping > 0) own.sums.damped = 0.5 * std::expm1(2 * setup.damping * dt) * twice_kinetic(own);
+}
+
+template <int D>
+double PackedNodes<D>::twice_kinetic(Slice const& slice) const
+{
+    double sum = 0;
+    for (std::size_t i = slice.begin; i < slice.end; ++i)
+        if (planes_[T::mass][i] > 0 && is_first(i))
+            sum += planes_[T::mass][i] * vector_at(T::velocity, i).squaredNorm();
+    return sum;
 }
 
 template <int D>

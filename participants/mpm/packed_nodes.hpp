@@ -39,7 +39,7 @@ class PackedNodes
     //! Work of the loads, after move().
     void book_loads(std::size_t slice, Setup<D> const& setup, double dt);
     void touch(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains, Booked& booked);
-    void hold(std::size_t slice, Setup<D> const& setup, double time);
+    void hold(std::size_t slice, Setup<D> const& setup, double time, double dt);
     //! Of the second momentum; a light node has no other.
     void set_strain_velocities(std::size_t slice);
     //! A node of almost no mass is seen by strain at the velocity that the points brought.
@@ -71,6 +71,7 @@ class PackedNodes
         for (int a = 0; a < D; ++a) planes_[plane + static_cast<std::size_t>(a)][node] = v[a];
     }
     void hold_node(std::size_t node, Wall const& wall, Slice& slice);
+    double twice_kinetic(Slice const& slice) const;
     void add_box(int line, Planes<D> const& box, std::array<int, D> const& round, std::size_t from, std::size_t count);
     //! Whether no other node is the same one and comes before; sums take one.
     bool is_first(std::size_t node) const

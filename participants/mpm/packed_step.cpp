@@ -245,11 +245,11 @@ void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span
         setup.frame ? nodes_.template move<true>(slice, setup, field, dt)
                     : nodes_.template move<false>(slice, setup, field, dt);
         if (!loads.empty()) nodes_.book_loads(slice, setup, dt);
-        if (!grains.any()) nodes_.hold(slice, setup, time);
+        if (!grains.any()) nodes_.hold(slice, setup, time, dt);
     });
     if (grains.any()) {
         touch_grains(setup, time, dt, grains, outcome);
-        each_slice([&](std::size_t slice) { nodes_.hold(slice, setup, time); });
+        each_slice([&](std::size_t slice) { nodes_.hold(slice, setup, time, dt); });
     }
     auto const sums = nodes_.sums();
     outcome.booked.damping += sums.damped;

@@ -20,11 +20,6 @@
 //! Homel, Brannon and Guilkey, Int. J. Numer. Meth. Eng. 107 (2016) 31, on each edge instead of each diagonal.
 namespace mpm {
 
-//! Nodes around the domain that the corners of a parallelepiped may reach: its edges end within one cell, its middle
-//! within half of one.
-template <int D>
-inline constexpr int ring_of_corners = D + 1;
-
 //! Least eigenvalue of the cosines between the edges of a domain: in the plane 26 degrees apart, a shear of 2.
 inline constexpr double flattest = 0.1;
 

@@ -51,7 +51,7 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
     : setup_(std::move(setup)),
       state_(std::move(state)),
       packed_(1),
-      grid_(setup_.cells, joined_axes(setup_), setup_.basis == BasisKind::cpdi ? ring_of_corners<D> : 1),
+      grid_(setup_.cells, joined_axes(setup_), rings_of_nodes(setup_.basis, D)),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
 {
@@ -127,8 +127,8 @@ void Solver<D>::step(double dt)
     double const longest = largest_courant * limit();
     require(dt > 0 && dt <= (1 + 1e-9) * longest, [&] {
         return Error("mpm: t = " + number(state_.time) + " s: step = " + number(dt) + " s (must be at most " +
-                         number(longest) + " s, " + number(largest_courant) + " cells at " + number(speed_) +
-                         " m/s). Try step: auto.",
+                         number(longest) + " s, " + number(largest_courant) + " cells at " +
+                         number(setup_.cell / limit()) + " m/s). Try step: auto.",
                      Exit::numerical);
     });
     if (!setup_.plates.empty()) grains_.set_plates(plates_at(setup_, state_.time, dt));
@@ -198,7 +198,7 @@ void Solver<D>::step_plain(double dt)
     transfer_->to_grid(setup_, state_, loads_, shifts_of_stress(), grid_);
     move_nodes(field, dt);
     if (grains_.any()) touch_grains(dt);
-    hold_nodes();
+    hold_nodes(dt);
     nodes_reached_ = static_cast<std::size_t>(
         std::count_if(grid_.nodes().begin(), grid_.nodes().end(), [](auto const& node) { return node.mass > 0; }));
     transfer_->to_points(setup_, field, state_, grid_, dt);
@@ -241,7 +241,6 @@ void Solver<D>::move_nodes(Field<D> const& field, double dt)
             v = node.before + dt * (v + setup_.gravity);
         }
         booked.external_work += 0.5 * dt * node.outer.dot(node.before + v);
-        booked.damping += 0.5 * node.mass * (1 - kept * kept) * v.squaredNorm();
         node.velocity = kept * v;
     }
 }
@@ -262,10 +261,12 @@ void Solver<D>::touch_grains(double dt)
 }
 
 //! ... and walls. Work of friction: its impulse times the mean of the velocities at the ends of the step; a node that
-//! sticks makes none.
+//! sticks makes none. Damping takes energy of what walls leave: they do the same to all multiples of a velocity, so
+//! that it may as well act after them.
 template <int D>
-void Solver<D>::hold_nodes()
+void Solver<D>::hold_nodes(double dt)
 {
+    double const damped = 0.5 * std::expm1(2 * setup_.damping * dt);  // of mass x the square of what is left
     for (Node<D>& node : grid_.nodes()) {
         if (node.mass <= 0) continue;
         Vec<D> v = node.velocity;
@@ -280,6 +281,7 @@ void Solver<D>::hold_nodes()
             state_.booked.sliding += 0.5 * node.mass * rubbed.dot(node.before + v);
         }
         node.velocity = v;
+        state_.booked.damping += damped * node.mass * v.squaredNorm();
     }
 }
 

@@ -85,7 +85,7 @@ class Solver
     void check_upright() const;
     void move_nodes(Field<D> const& field, double dt);
     void touch_grains(double dt);
-    void hold_nodes();
+    void hold_nodes(double dt);
     void set_strain_velocities();
     std::vector<double> shifts_of_stress() const;
     void share_volume();

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <string>
 
 #include "coupler/base/error.hpp"
@@ -53,7 +54,7 @@ void goes_on(mpm::Config const& c)
         other.step(other.longest_step());
     }
     CHECK((solver.energies().booked.sliding > 0) == (D == 2));
-    CHECK((solver.energies().booked.field_work != 0) == bool(c.rotation));
+    CHECK((solver.energies().booked.field_work != 0) == (c.rotation || solver.setup().period.norm() > 0));
     CHECK(same(solver, other));
 }
 
@@ -69,6 +70,13 @@ TEST_CASE("checkpoint: a run that goes on from one is bit for bit the other, wit
     auto corners = collapse();
     corners.basis = mpm::BasisKind::cpdi;
     goes_on<2>(corners);
+    auto round = collapse();  // slides up the left wall, and comes in again from below
+    round.gravity = {-9.81, -2, 0};
+    round.size = {0.2, 0.1, 0};
+    round.bodies[0].velocity = {0, 3, 0};
+    round.walls = {{.axis = 0, .side = -1, .kind = mpm::WallKind::rough, .friction = 0.4}};
+    for (int side : {-1, 1}) round.walls.push_back({1, side, side < 0 ? 0 : 0.1, mpm::WallKind::joined});
+    goes_on<2>(round);
     mpm::Config c = unit::box<3>(1.2, {0.4, 0, 0.4}, {0.8, 0.4, 0.8});
     c.rotation = sluice::Rotation{{0, 0, 2}, {0, 1, 0}, 5, 0.03, true, true, true};
     goes_on<3>(c);
@@ -126,6 +134,13 @@ TEST_CASE("checkpoint: one that lacks something, or does not fit, is refused and
     sluice::State outside;
     mpm::keep(broken, outside);
     CHECK(refused(outside).find("point 5") != std::string::npos);
+    for (double const value : {0.0, std::nan(""), HUGE_VAL}) {  // a domain without an edge, or of no size
+        auto flat = solver;
+        flat.points()[7].matter.gradient.col(1).setConstant(value);
+        sluice::State without_edge;
+        mpm::keep(flat, without_edge);
+        CHECK(refused(without_edge).find("point 7") != std::string::npos);
+    }
 }
 
 TEST_CASE("measures: the front is that of the main mass, height that at the back wall")

@@ -74,7 +74,7 @@ TEST_CASE("config: every key")
 {
     mpm::Config const c = read(domain + column + R"(
 points: 3
-basis: spline
+basis: gimp
 width: stretch
 scheme: usl
 flip: 0.9
@@ -97,7 +97,7 @@ grains: {friction: 0.3}
 )");
     CHECK(*c.grain_friction == 0.3);
     CHECK(c.points == 3);
-    CHECK(c.basis == mpm::BasisKind::spline);
+    CHECK(c.basis == mpm::BasisKind::gimp);
     CHECK(c.width == mpm::Width::stretch);
     CHECK(c.scheme == mpm::Scheme::usl);
     CHECK(c.flip == 0.9);
@@ -154,6 +154,10 @@ TEST_CASE("config: what cannot run is refused, with the key")
 {
     CHECK(contains(errors("domain: {size: [0.405, 0.2]}\ncell: 0.01\n" + material + column), "40.5 cells"));
     CHECK(contains(errors("domain: {size: [400, 200]}\ncell: 1e-3\n" + material + column), "at most 1e9"));
+    // 31619 cells each way: 31622^2 nodes with one ring around, 31626^2 > 1e9 with the three of corners
+    std::string const nearly = "domain: {size: [316.19, 316.19]}\ncell: 0.01\n" + material + column;
+    CHECK(errors(nearly).empty());
+    CHECK(contains(errors(nearly + "basis: cpdi\n"), "at most 1e9"));
     CHECK(contains(errors(domain + material), "give column, bodies"));
     CHECK(contains(errors(domain + material + column, 2, true), "is missing (a partner sends grains"));
     CHECK(contains(errors(domain + material + column + "grains: {friction: -1}\n"), "grains.friction = -1"));
@@ -180,6 +184,10 @@ TEST_CASE("config: what cannot run is refused, with the key")
     CHECK(read(rings + "basis: cpdi\n").basis == mpm::BasisKind::cpdi);
     std::string const corners = domain + material + column + "basis: cpdi\n";
     CHECK(contains(errors(corners + "width: stretch\n"), "width = stretch beside basis = cpdi"));
+    for (std::string const basis : {"spline", "linear"})
+        CHECK(contains(errors(domain + material + column + "basis: " + basis + "\nwidth: stretch\n"),
+                       "width = stretch beside basis = linear or spline"));
+    CHECK(read(domain + material + column + "basis: spline\n").basis == mpm::BasisKind::spline);
     CHECK(contains(errors(corners + "grains: {friction: 0.4}\n", 2, true), "basis = cpdi beside a partner's grains"));
     CHECK(contains(errors(corners + "plates: [{point: [0, 0], normal: [0, 1]}]\n"), "basis = cpdi beside plates"));
     std::string const narrow =

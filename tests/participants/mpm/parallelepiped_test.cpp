@@ -41,7 +41,7 @@ mpm::Grid<D> grid_of(int cells)
 {
     std::array<int, D> all;
     all.fill(cells);
-    return mpm::Grid<D>(all, {}, mpm::ring_of_corners<D>);
+    return mpm::Grid<D>(all, {}, mpm::rings_of_nodes(mpm::BasisKind::cpdi, D));
 }
 
 //! Half edges that are neither along the axes nor at right angles, the longest a cell.

@@ -150,8 +150,9 @@ TEST_CASE("S21: stretch without end")
 }
 
 //! Sweep 23, the grid turned. A bar that shakes along itself, at 0 to 45 degrees to the grid; marks as S19, and the
-//! period, 2 length/speed of sound (no Poisson's ratio), by the energy that it has stretched after a quarter of it:
-//! none of the kinetic energy is left, to the 10 % that the marks allow.
+//! period, 2 length/speed of sound (no Poisson's ratio), by the kinetic energy that is left after a quarter of it. A
+//! period that is off by a share d leaves (pi/2 d)^2: 1 % for one off by 6 %. Ends off by half a cell each would make
+//! 5 %, of the 20 cells.
 TEST_CASE("S23: a bar at 0 to 45 degrees to the grid")
 {
     Stopwatch const watch;
@@ -183,7 +184,7 @@ TEST_CASE("S23: a bar at 0 to 45 degrees to the grid")
             solver.step(solver.longest_step());
             most = std::max(most, held(solver) / first);
         }
-        CHECK(report({"S23", named("bar at %g degrees: kinetic energy after a quarter", degrees), left, 0, left, 0.1,
+        CHECK(report({"S23", named("bar at %g degrees: kinetic energy after a quarter", degrees), left, 0, left, 0.01,
                       watch.seconds()}));
         CHECK(report({"S23", named("bar at %g degrees: most energy", degrees), most, 1, std::max(0.0, most - 1), 0.1,
                       watch.seconds()}));
