@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "coupler/base/error.hpp"
+#include "tests/participants/lbm/bent_channel.hpp"
 #include "tests/participants/lbm/kept_populations.hpp"
 
 namespace {
@@ -22,24 +23,11 @@ lbm::Config box_of(std::array<double, 3> const& size)
     return c;
 }
 
-lbm::Solid block(std::array<double, 3> const& low, std::array<double, 3> const& high)
-{
-    lbm::Solid solid;
-    solid.name = "block";
-    solid.shape = lbm::Solid::Shape::box;
-    for (std::size_t k = 0; k < 3; ++k) {
-        solid.centre[k] = 0.5 * (low[k] + high[k]);
-        solid.size[k] = high[k] - low[k];
-    }
-    return solid;
-}
-
 //! An S of 10 cells across, from the left side to the right one; about a tenth of the box.
 lbm::Config bent_channel()
 {
     lbm::Config c = box_of<2>({160, 120, 0});
-    c.solids = {block({0, 100.3, 0}, {160, 120, 0}), block({0, 0, 0}, {100, 90, 0}), block({110, 30, 0}, {160, 101, 0}),
-                block({99, 0, 0}, {160, 20, 0})};
+    c.solids = bent_channel_solids();
     return c;
 }
 

@@ -7,6 +7,7 @@
 
 #include "coupler/base/error.hpp"
 #include "participants/lbm/solver.hpp"
+#include "tests/participants/lbm/bent_channel.hpp"
 #include "tests/support/contains.hpp"
 #include "tests/support/thread_peers.hpp"
 
@@ -23,18 +24,6 @@ lbm::Config config(std::array<double, 3> const& size)
     c.size = size;
     c.acceleration = {1e-6, -2e-6, D == 3 ? 3e-6 : 0.0};
     return c;
-}
-
-lbm::Solid block(std::array<double, 3> const& low, std::array<double, 3> const& high)
-{
-    lbm::Solid solid;
-    solid.name = "block";
-    solid.shape = lbm::Solid::Shape::box;
-    for (std::size_t k = 0; k < 3; ++k) {
-        solid.centre[k] = 0.5 * (low[k] + high[k]);
-        solid.size[k] = high[k] - low[k];
-    }
-    return solid;
 }
 
 lbm::Solid ball(std::array<double, 3> const& centre, double radius)
@@ -231,8 +220,7 @@ std::vector<Scene> plane_scenes()
     shaft.walls[lbm::upper_y] = {.kind = lbm::Border::pressure, .absorbing = true};
     scenes.push_back({"shaft with a side without friction", shaft});
     auto bent = config<2>({160, 120, 0});
-    bent.solids = {block({0, 100.3, 0}, {160, 120, 0}), block({0, 0, 0}, {100, 90, 0}),
-                   block({110, 30, 0}, {160, 101, 0}), block({99, 0, 0}, {160, 20, 0})};
+    bent.solids = bent_channel_solids();
     scenes.push_back({"bent channel in deep solid", bent});
     auto turning = config<2>({26, 24, 0});
     turning.rotation = sluice::Rotation{.point = {3, 40, 0}, .rate = 1e-3};
