@@ -7,7 +7,7 @@ namespace lbm {
 namespace {
 
 //! The domain that places lie in.
-struct Domain
+struct Room
 {
     std::size_t axes;
     std::array<double, 3> origin, size;
@@ -65,16 +65,16 @@ std::string read_name(sluice::Reader& reader, std::vector<Named> const& others, 
 OutputConfig read_output(sluice::Reader& reader, int dimension, std::array<double, 3> const& origin,
                          std::array<double, 3> const& size)
 {
-    Domain const domain{static_cast<std::size_t>(dimension), origin, size};
+    Room const room{static_cast<std::size_t>(dimension), origin, size};
     OutputConfig out{.fields = read_fields(reader), .energy = reader.flag_or("energy", false)};
     for (sluice::Reader& probe : reader.list("probes")) {
         std::string const name = read_name(probe, out.probes, "probe_");
-        out.probes.push_back({name, domain.read(probe, "at")});
+        out.probes.push_back({name, room.read(probe, "at")});
         probe.finish();
     }
     for (sluice::Reader& line : reader.list("lines")) {
         std::string const name = read_name(line, out.lines, "line_");
-        auto const from = domain.read(line, "from"), to = domain.read(line, "to");
+        auto const from = room.read(line, "from"), to = room.read(line, "to");
         out.lines.push_back({name, from, to, static_cast<int>(line.integer("points", {.min = 2, .max = 1000000}))});
         line.finish();
     }

@@ -104,11 +104,15 @@ Measured<D> measured(Solver<D>& solver, std::array<double, D> const& impulse, st
     if (wanted.energy) now.energies = solver.energies();
     std::vector<std::array<double, D>> places;
     for (Probe const& probe : wanted.probes) places.push_back(in_plane<D>(probe.place));
-    if (!places.empty()) now.probes = solver.samples(places);
-    for (Line const& line : wanted.lines) {
-        places.clear();
+    for (Line const& line : wanted.lines)
         for (int k = 0; k < line.points; ++k) places.push_back(in_plane<D>(line.place(k)));
-        now.lines.push_back(solver.samples(places));
+    if (places.empty()) return now;
+    auto const samples = solver.samples(places);
+    auto next = samples.begin() + static_cast<std::ptrdiff_t>(wanted.probes.size());
+    now.probes.assign(samples.begin(), next);
+    for (Line const& line : wanted.lines) {
+        now.lines.emplace_back(next, next + line.points);
+        next += line.points;
     }
     return now;
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "participants/mpm/node_box.hpp"
 #include "participants/mpm/packed_tensor.hpp"
 
 //! Weights of four points at a time, and what four points give to nodes or take from them: a row of three nodes at
@@ -15,37 +16,13 @@ inline constexpr int rows_of_nodes = D == 2 ? 3 : 9;  //!< of three, that a poin
 
 //! Planes of numbers, one a node, over a box of nodes; x fastest. Rows may be read and written one node beyond.
 template <int D>
-struct Planes
+struct Planes : NodeBox<D>
 {
+    using NodeBox<D>::first, NodeBox<D>::count, NodeBox<D>::at;
     double* data = nullptr;
-    std::size_t plane = 0;       //!< from a plane to the next
-    std::array<int, D> first{};  //!< node
-    std::array<int, D> count{};  //!< of nodes, each way
+    std::size_t plane = 0;  //!< from a plane to the next
 
     double* operator[](std::size_t k) const { return data + k * plane; }
-    std::size_t nodes() const
-    {
-        std::size_t all = 1;
-        for (int const n : count) all *= static_cast<std::size_t>(n);
-        return all;
-    }
-    std::size_t at(std::array<int, D> const& node) const
-    {
-        std::size_t place = 0;
-        for (std::size_t a = D; a-- > 0;)
-            place = place * static_cast<std::size_t>(count[a]) + static_cast<std::size_t>(node[a] - first[a]);
-        return place;
-    }
-    std::array<int, D> index(std::size_t at) const
-    {
-        std::array<int, D> node;
-        for (std::size_t a = 0; a < D; ++a) {
-            auto const n = static_cast<std::size_t>(count[a]);
-            node[a] = first[a] + static_cast<int>(at % n);
-            at /= n;
-        }
-        return node;
-    }
     FourIndices at(PackVec<D> const& node) const
     {
         Pack place = node[D - 1] - all(first[D - 1]);

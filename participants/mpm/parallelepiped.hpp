@@ -7,6 +7,7 @@
 
 #include "participants/mpm/axial.hpp"
 #include "participants/mpm/grid.hpp"
+#include "participants/mpm/node_box.hpp"
 
 //! Points as parallelograms, in space parallelepipeds, that deform with the matter (CPDI): the square or cube of the
 //! start, by F. Hat functions N at the corners c, interpolated between them, replace those inside; means over the
@@ -79,7 +80,7 @@ class Parallelepiped
             double const share = (1 + lean.sum()) / corners;
             Vec<D> const gradient = back * s.cwiseProduct(Vec<D>::Constant(1 + lean.sum()) - lean);
             each_node_of(corner(c), [&](std::array<int, D> const& node, double hat) {
-                Entry& entry = entries_[at(node)];
+                Entry& entry = entries_[box_.at(node)];
                 entry.weight += share * hat;
                 entry.mean += hat / corners;
                 entry.gradient += hat * gradient;
@@ -92,14 +93,14 @@ class Parallelepiped
     void each(Nodes& grid, Each&& each) const
     {
         for (std::size_t e = 0; e < count_; ++e)
-            if (entries_[e].mean != 0) each(grid.reach(node(e)), entries_[e].weight, entries_[e].gradient);
+            if (entries_[e].mean != 0) each(grid.reach(box_.index(e)), entries_[e].weight, entries_[e].gradient);
     }
     //! each(node, hoop), of rings
     template <class Nodes, class Each>
     void each_hoop(Nodes& grid, Each&& each) const
     {
         for (std::size_t e = 0; e < count_; ++e)
-            if (entries_[e].mean != 0) each(grid.reach(node(e)), entries_[e].mean / (radius_ * cell_));
+            if (entries_[e].mean != 0) each(grid.reach(box_.index(e)), entries_[e].mean / (radius_ * cell_));
     }
     //! each(node, weight), of the face across an edge at one of its ends; by the mean over it, of rings by area.
     template <class Nodes, class Each>
@@ -141,32 +142,14 @@ class Parallelepiped
     void lay_out()
     {
         Vec<D> const extent = edges_.cwiseAbs().rowwise().sum();
-        count_ = 1;
         for (int k = 0; k < D; ++k) {
             auto const a = static_cast<std::size_t>(k);
             // a corner is summed otherwise than its bound: rounding
-            first_[a] = static_cast<int>(std::floor(place_[k] - extent[k] - slack));
-            size_[a] = static_cast<int>(std::floor(place_[k] + extent[k] + slack)) + 2 - first_[a];
-            count_ *= static_cast<std::size_t>(size_[a]);
+            box_.first[a] = static_cast<int>(std::floor(place_[k] - extent[k] - slack));
+            box_.count[a] = static_cast<int>(std::floor(place_[k] + extent[k] + slack)) + 2 - box_.first[a];
         }
+        count_ = box_.nodes();
         std::fill_n(entries_.begin(), count_, Entry{0, 0, Vec<D>::Zero()});
-    }
-    std::size_t at(std::array<int, D> const& node) const
-    {
-        std::size_t at = 0;
-        for (std::size_t k = D; k-- > 0;)
-            at = at * static_cast<std::size_t>(size_[k]) + static_cast<std::size_t>(node[k] - first_[k]);
-        return at;
-    }
-    std::array<int, D> node(std::size_t at) const
-    {
-        std::array<int, D> node;
-        for (std::size_t k = 0; k < D; ++k) {
-            auto const n = static_cast<std::size_t>(size_[k]);
-            node[k] = first_[k] + static_cast<int>(at % n);
-            at /= n;
-        }
-        return node;
     }
     //! each(node, hat function at the place)
     template <class Each>
@@ -192,7 +175,7 @@ class Parallelepiped
     Mat<D> edges_;
     Vec<D> place_;
     double cell_, radius_;
-    std::array<int, D> first_, size_;
+    NodeBox<D> box_;
     std::size_t count_;
     std::array<Entry, most> entries_;  //!< of which `count_` are set
 };

@@ -6,6 +6,7 @@
 
 #include "participants/lbm/kernels.hpp"
 #include "participants/lbm/solver.hpp"
+#include "tests/participants/lbm/unit_config.hpp"
 
 //! Collision in central moments, against their definition. Lattice units.
 namespace {
@@ -13,11 +14,7 @@ namespace {
 template <int D>
 lbm::Config config(double viscosity, bool forced)
 {
-    lbm::Config c;
-    c.dimension = D;
-    c.cell = c.step = c.density = 1;
-    c.viscosity = viscosity;
-    c.size = {16, 16, D == 3 ? 16.0 : 0.0};
+    auto c = unit_config<D>({16, 16, D == 3 ? 16.0 : 0.0}, viscosity);
     c.collision = lbm::Operator::central;
     if (forced) c.acceleration = {0.01, -0.02, D == 3 ? 0.015 : 0.0};
     return c;

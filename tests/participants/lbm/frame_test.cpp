@@ -5,6 +5,7 @@
 
 #include "participants/lbm/solver.hpp"
 #include "tests/participants/lbm/kept_populations.hpp"
+#include "tests/participants/lbm/unit_config.hpp"
 
 //! Fluid in a frame that turns. Lattice units.
 namespace {
@@ -12,11 +13,7 @@ namespace {
 template <int D>
 lbm::Config config(std::array<double, 3> const& size)
 {
-    lbm::Config c;
-    c.dimension = D;
-    c.cell = c.step = c.density = 1;
-    c.size = size;
-    c.viscosity = 0.05;
+    auto c = unit_config<D>(size, 0.05);
     for (std::size_t k = 0; k < D; ++k) c.set_periodic(k);
     return c;
 }

@@ -8,17 +8,14 @@
 #include "coupler/base/error.hpp"
 #include "tests/participants/lbm/bent_channel.hpp"
 #include "tests/participants/lbm/kept_populations.hpp"
+#include "tests/participants/lbm/unit_config.hpp"
 
 namespace {
 
 template <int D>
 lbm::Config box_of(std::array<double, 3> const& size)
 {
-    lbm::Config c;
-    c.dimension = D;
-    c.cell = c.step = c.density = 1;
-    c.viscosity = 0.05;
-    c.size = size;
+    auto c = unit_config<D>(size, 0.05);
     c.collision = lbm::Operator::trt;
     return c;
 }

@@ -5,6 +5,7 @@
 
 #include "participants/lbm/solver.hpp"
 #include "tests/participants/lbm/kept_populations.hpp"
+#include "tests/participants/lbm/unit_config.hpp"
 
 //! Sides through which fluid goes, and sides without friction. Lattice units.
 namespace {
@@ -12,11 +13,7 @@ namespace {
 template <int D>
 lbm::Config config(std::array<double, 3> const& size, double viscosity)
 {
-    lbm::Config c;
-    c.dimension = D;
-    c.cell = c.step = c.density = 1;
-    c.size = size;
-    c.viscosity = viscosity;
+    auto c = unit_config<D>(size, viscosity);
     c.collision = lbm::Operator::trt;
     return c;
 }

@@ -8,6 +8,7 @@
 #include "coupler/base/error.hpp"
 #include "participants/lbm/solver.hpp"
 #include "tests/participants/lbm/bent_channel.hpp"
+#include "tests/participants/lbm/unit_config.hpp"
 #include "tests/support/contains.hpp"
 #include "tests/support/thread_peers.hpp"
 
@@ -17,11 +18,7 @@ namespace {
 template <int D>
 lbm::Config config(std::array<double, 3> const& size)
 {
-    lbm::Config c;
-    c.dimension = D;
-    c.cell = c.step = c.density = 1;
-    c.viscosity = 0.02;
-    c.size = size;
+    auto c = unit_config<D>(size, 0.02);
     c.acceleration = {1e-6, -2e-6, D == 3 ? 3e-6 : 0.0};
     return c;
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "tests/participants/lbm/unit_config.hpp"
 #include "tests/support/close_to.hpp"
 #include "tests/support/contains.hpp"
 
@@ -251,12 +252,8 @@ namespace {
 template <int D>
 void check_pictures(lbm::Surface surface, double viscosity)
 {
-    lbm::Config c;
-    c.dimension = D;
-    c.cell = c.step = c.density = 1;
-    c.viscosity = viscosity;
+    auto c = unit_config<D>({14, 12, D == 3 ? 13.0 : 0.0}, viscosity);
     c.surface = surface;
-    c.size = {14, 12, D == 3 ? 13.0 : 0.0};
     for (std::size_t k = 0; k < D; ++k) c.set_periodic(k);
     lbm::Solver<D> solver(c);
     solver.set_state([](auto const&) {
