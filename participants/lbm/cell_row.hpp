@@ -58,6 +58,22 @@ struct SolidCell
     }
 };
 
+//! The cells [begin, end) of a row, or of several rows that are alike, `stride` apart in memory. With solids, or in a
+//! frame that turns, of one.
+struct CellRows
+{
+    std::ptrdiff_t begin, end;
+    std::ptrdiff_t count = 1, stride = 0;  //!< rows; slots
+
+    //! Calls each(x) for registers of so many cells, row by row, x from the first row's cell x = 0 on.
+    template <std::ptrdiff_t lanes, class Each>
+    [[gnu::always_inline]] void each_register(Each&& each) const
+    {
+        for (std::ptrdiff_t k = 0, row = 0; k < count; ++k, row += stride)
+            for (std::ptrdiff_t x = begin; x < end; x += lanes) each(row + x);
+    }
+};
+
 //! The last cells of a row, fewer than are computed at once: copied to where there is room for all, and back.
 template <int D, class Stored, std::size_t N>
 class RowEndCells
@@ -117,25 +133,30 @@ class RowEndSolids
     alignas(64) double known_[4 + D][N] = {}, told_[1 + D][N] = {};
 };
 
-//! Gives the cells [begin, end) of a row to collide(slots, solids, begin, end, first), in whole registers: the last
-//! ones as a copy, whose first cell is the row's cell `first`.
+//! Gives cells to collide(slots, solids, cells, first), in whole registers: the last ones of a row as a copy, whose
+//! first cell is the row's cell `first`.
 template <int D, bool grains, class V, class Stored, class Collide>
-[[gnu::always_inline]] inline void in_whole_registers(Slots<D, Stored> const& slots, SolidRow const& solid,
-                                                      std::ptrdiff_t begin, std::ptrdiff_t end, Collide collide)
+[[gnu::always_inline]] inline void in_whole_registers(Slots<D, Stored> slots, SolidRow const& solid, CellRows rows,
+                                                      Collide collide)
 {
     constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
-    std::ptrdiff_t const whole = begin + (end - begin) / lanes * lanes;
-    if (whole > begin) collide(slots, solid, begin, whole, 0);
+    std::ptrdiff_t const end = rows.end, whole = rows.begin + (end - rows.begin) / lanes * lanes;
+    rows.end = whole;
+    if (whole > rows.begin) collide(slots, solid, rows, 0);
     if (whole == end) return;
-    RowEndCells<D, Stored, V::count> cells(slots, whole, end - whole);
-    if constexpr (grains) {
-        RowEndSolids<D, V::count> solids(solid, whole, end - whole);
-        collide(cells.slots(), solids.row(), 0, lanes, whole);
-        solids.put_back();
-    } else {
-        collide(cells.slots(), solid, 0, lanes, whole);
+    CellRows const last{0, lanes};
+    for (std::ptrdiff_t row = 0; row < rows.count; ++row) {
+        RowEndCells<D, Stored, V::count> cells(slots, whole, end - whole);
+        if constexpr (grains) {
+            RowEndSolids<D, V::count> solids(solid, whole, end - whole);
+            collide(cells.slots(), solids.row(), last, whole);
+            solids.put_back();
+        } else {
+            collide(cells.slots(), solid, last, whole);
+        }
+        cells.put_back();
+        for (auto*& slot : slots) slot += rows.stride;
     }
-    cells.put_back();
 }
 
 inline constexpr double eddy_free = 1e-6;  //!< cells covered by more have no eddy viscosity

@@ -35,8 +35,8 @@ template <Features F, class V>
 //! The large-eddy model: nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed
 //! form:
 //!     tau_eff = (tau + sqrt(tau^2 + A/rho^2))/2,  A = 18 C_s^2 rho |(p_xx, 2 p_xy)|
-//! Written with rho p, so that the roots wait for no division; 1/rho and 1/tau_eff = 2 rho/(rho tau + sqrt(rho^2 tau^2
-//! + A)) share one. Roots and division are the longest wait of a cell: none is exact.
+//! Written with rho p, so that the roots wait for no division, and 1/rho for neither: what else a cell does then has no
+//! need to wait for this.
 template <Features F, class V>
 [[gnu::always_inline]] inline Eddy<V> find_eddy_stress(std::array<V, 9> const& f, Relaxation const& r,
                                                        SolidCell<2, V> const& s, V const& place) noexcept
@@ -57,14 +57,9 @@ template <Features F, class V>
         normal = normal + (jx * force_x - jy * force_y);
         shear = shear + 0.5 * (jx * force_y + jy * force_x);
     }
-    constexpr double least = 1e-30;  // of a square, that 1/root is finite; a stress of 1e-15 moves tau by nothing
-    V const square = madd(normal, normal, madd(4.0 * shear, shear, least));
-    V const stress = square * reciprocal_root_nearly(square);
-    V const rest = rho * r.tau, sum = madd(r.smagorinsky_term, stress, rest * rest);
-    V const slow = madd(sum, reciprocal_root_nearly(sum), rest);
-    V const both = reciprocal_nearly(rho * slow);
-    V const inverse_rho = slow * both;
-    V rate = -0.5 * rho * both;
+    V const stress = root(madd(normal, normal, 4.0 * shear * shear)), rest = rho * r.tau;
+    V rate = -0.5 / (rest + root(madd(r.smagorinsky_term, stress, rest * rest)));
+    V const inverse_rho = 1.0 / rho;
     if constexpr (F.grains) rate = where_above(s.fraction, eddy_free, -0.25 * r.shear * inverse_rho, rate);
     return {inverse_rho, rate * normal, rate * shear};
 }
@@ -222,7 +217,7 @@ template <Features F, class V>
     f[6] = corners.even_minus - corners.odd_minus;
 }
 
-//! The cell x of a row and those after it that V has room for.
+//! A cell and those after it in its row that V has room for.
 template <Features F, class V, class Stored>
 struct PlaneCell
 {
@@ -230,55 +225,55 @@ struct PlaneCell
     SolidCell<2, V> solid;
     V place;
 
-    [[gnu::always_inline]] PlaneCell(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrdiff_t x,
+    [[gnu::always_inline]] PlaneCell(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrdiff_t at,
                                      std::ptrdiff_t first) noexcept
     {
 #pragma GCC unroll 9
-        for (std::size_t q = 0; q < 9; ++q) f[q] = in_register(load<V>(slots[q] + x));
-        if constexpr (F.grains) solid = SolidCell<2, V>(row, x);
-        if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
+        for (std::size_t q = 0; q < 9; ++q) f[q] = in_register(load<V>(slots[q] + at));
+        if constexpr (F.grains) solid = SolidCell<2, V>(row, at);
+        if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + at));
     }
     [[gnu::always_inline]] void put_back(Slots<2, Stored> const& slots, SolidRow const& row,
-                                         std::ptrdiff_t x) const noexcept
+                                         std::ptrdiff_t at) const noexcept
     {
 #pragma GCC unroll 9
         for (std::size_t q = 0; q < 9; ++q) {
-            store(slots[q] + x, f[q]);
-            ask_ahead(slots[q] + x);
+            store(slots[q] + at, f[q]);
+            ask_ahead(slots[q] + at);
         }
-        if constexpr (F.grains) solid.tell(row, x);
+        if constexpr (F.grains) solid.tell(row, at);
     }
 };
 
-//! Collides the cells [begin, end) of a row, whole registers, in place. x = 0 is the row's cell `first`.
+//! Collides cells in whole registers, in place. x = 0 is the row's cell `first`.
 template <Features F, class V, class Stored>
-void collide_whole(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t end,
-                   std::ptrdiff_t first, Relaxation const& relaxation)
+void collide_whole(Slots<2, Stored> const& slots, SolidRow const& row, CellRows const& cells, std::ptrdiff_t first,
+                   Relaxation const& relaxation)
 {
     Slots<2, Stored> const f = slots;
     Relaxation const r = relaxation;
     SolidRow const s = row;
-    for (std::ptrdiff_t x = begin; x < end; x += static_cast<std::ptrdiff_t>(V::count)) {
-        PlaneCell<F, V, Stored> cell(f, s, x, first);
+    cells.each_register<static_cast<std::ptrdiff_t>(V::count)>([&](std::ptrdiff_t at) __attribute__((always_inline)) {
+        PlaneCell<F, V, Stored> cell(f, s, at, first);
         Eddy<V> eddy;
         if constexpr (F.les) eddy = find_eddy_stress<F>(cell.f, r, cell.solid, cell.place);
         if constexpr (F.central)
             collide_central<F, V>(cell.f, r, cell.place, eddy);
         else
             collide_cell<F, V>(cell.f, r, cell.solid, cell.place, eddy);
-        cell.put_back(f, s, x);
-    }
+        cell.put_back(f, s, at);
+    });
 }
 
-//! Collides the cells [begin, end) of one row of D2Q9 in place, in numbers of V.
+//! Collides cells of D2Q9 in place, in numbers of V.
 template <Features F, class V, class Stored>
-void collide(AnySlots<2> const& slots, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relaxation,
-             SolidRow const& solid)
+void collide(AnySlots<2> const& slots, CellRows const& cells, Relaxation const& relaxation, SolidRow const& solid)
 {
     in_whole_registers<2, F.grains, V>(
-        typed<2, Stored>(slots), solid, begin, end,
-        [&](Slots<2, Stored> const& f, SolidRow const& s, std::ptrdiff_t from, std::ptrdiff_t to,
-            std::ptrdiff_t first) { collide_whole<F, V>(f, s, from, to, first, relaxation); });
+        typed<2, Stored>(slots), solid, cells,
+        [&](Slots<2, Stored> const& f, SolidRow const& s, CellRows const& whole, std::ptrdiff_t first) {
+            collide_whole<F, V>(f, s, whole, first, relaxation);
+        });
 }
 
 }  // namespace lbm

@@ -7,18 +7,18 @@
 
 namespace lbm {
 
-//! The populations of the cell x of a row and of those after it that V has room for, where they are in memory.
+//! The populations of a cell and of those after it in its row that V has room for, where they are in memory.
 template <class V, class Stored>
 struct CellInRow
 {
     Slots<3, Stored> const& slots;
-    std::ptrdiff_t x;
+    std::ptrdiff_t at;
 
-    [[gnu::always_inline]] V operator[](std::size_t q) const noexcept { return in_register(load<V>(slots[q] + x)); }
+    [[gnu::always_inline]] V operator[](std::size_t q) const noexcept { return in_register(load<V>(slots[q] + at)); }
     [[gnu::always_inline]] void put(std::size_t q, V const& f) const noexcept
     {
-        store(slots[q] + x, f);
-        ask_ahead(slots[q] + x);
+        store(slots[q] + at, f);
+        ask_ahead(slots[q] + at);
     }
 };
 
@@ -291,58 +291,60 @@ template <Features F, class V, class Cell>
     put_corners(15, in_yz, yz + ryz);
 }
 
-//! Collides the cells [begin, end) of a row, whole registers, in place. x = 0 is the row's cell `first`. Behind the
-//! row's end the next one begins in memory.
+//! Collides cells in whole registers, in place. x = 0 is the row's cell `first`.
 template <Features F, class V, class Stored>
-void collide_whole(Slots<3, Stored> const& slots, SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t end,
-                   std::ptrdiff_t first, Relaxation const& relaxation)
+void collide_whole(Slots<3, Stored> const& slots, SolidRow const& row, CellRows const& cells, std::ptrdiff_t first,
+                   Relaxation const& relaxation)
 {
     constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
     Slots<3, Stored> const f = slots;
     Relaxation const r = relaxation;
     SolidRow const solids = row;
-    auto const found_at = [&](std::ptrdiff_t x) __attribute__((always_inline))
+    auto const found_at = [&](std::ptrdiff_t at) __attribute__((always_inline))
     {
         SolidCell<3, V> s;
         V place;
-        if constexpr (F.grains) s = SolidCell<3, V>(solids, x);
-        if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
-        auto const found = find_change<F, V>(CellInRow<V, Stored>{f, x}, r, s, place);
-        if constexpr (F.grains) s.tell(solids, x);
+        if constexpr (F.grains) s = SolidCell<3, V>(solids, at);
+        if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + at));
+        auto const found = find_change<F, V>(CellInRow<V, Stored>{f, at}, r, s, place);
+        if constexpr (F.grains) s.tell(solids, at);
         return found;
     };
-    auto const change_at = [&](std::ptrdiff_t x, SpaceChange<F, V> const& c) __attribute__((always_inline))
+    auto const change_at = [&](std::ptrdiff_t at, SpaceChange<F, V> const& c) __attribute__((always_inline))
     {
-        change<F, V>(CellInRow<V, Stored>{f, x}, c);
+        change<F, V>(CellInRow<V, Stored>{f, at}, c);
     };
     if constexpr (F.central) {
-        for (std::ptrdiff_t x = begin; x < end; x += lanes) {
+        cells.each_register<lanes>([&](std::ptrdiff_t at) __attribute__((always_inline)) {
             V place;
-            if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + x));
-            collide_central<F, V>(CellInRow<V, Stored>{f, x}, r, place);
-        }
+            if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + at));
+            collide_central<F, V>(CellInRow<V, Stored>{f, at}, r, place);
+        });
     } else if constexpr (F.les || F.split || F.grains) {  // so much is found that it would not stay in registers
-        for (std::ptrdiff_t x = begin; x < end; x += lanes) change_at(x, found_at(x));
+        cells.each_register<lanes>([&](std::ptrdiff_t at)
+                                       __attribute__((always_inline)) { change_at(at, found_at(at)); });
     } else {
-        SpaceChange<F, V> now = found_at(begin);
-        for (std::ptrdiff_t x = begin + lanes; x < end; x += lanes) {
-            SpaceChange<F, V> const next = found_at(x);
-            change_at(x - lanes, now);
-            now = next;
-        }
-        change_at(end - lanes, now);
+        std::ptrdiff_t at = cells.begin, x = cells.begin + lanes;
+        SpaceChange<F, V> now = found_at(at);
+        for (std::ptrdiff_t k = 0, row = 0; k < cells.count; ++k, row += cells.stride, x = cells.begin)
+            for (; x < cells.end; x += lanes) {
+                SpaceChange<F, V> const next = found_at(row + x);
+                change_at(at, now);
+                now = next, at = row + x;
+            }
+        change_at(at, now);
     }
 }
 
-//! Collides the cells [begin, end) of one row of D3Q19 in place, in numbers of V.
+//! Collides cells of D3Q19 in place, in numbers of V.
 template <Features F, class V, class Stored>
-void collide(AnySlots<3> const& slots, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const& relaxation,
-             SolidRow const& solid)
+void collide(AnySlots<3> const& slots, CellRows const& cells, Relaxation const& relaxation, SolidRow const& solid)
 {
     in_whole_registers<3, F.grains, V>(
-        typed<3, Stored>(slots), solid, begin, end,
-        [&](Slots<3, Stored> const& f, SolidRow const& s, std::ptrdiff_t from, std::ptrdiff_t to,
-            std::ptrdiff_t first) { collide_whole<F, V>(f, s, from, to, first, relaxation); });
+        typed<3, Stored>(slots), solid, cells,
+        [&](Slots<3, Stored> const& f, SolidRow const& s, CellRows const& whole, std::ptrdiff_t first) {
+            collide_whole<F, V>(f, s, whole, first, relaxation);
+        });
 }
 
 }  // namespace lbm

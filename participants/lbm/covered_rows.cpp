@@ -260,7 +260,7 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
     }
     Relaxation const relaxation = of_row(r);
     each_run([&](std::ptrdiff_t begin, std::ptrdiff_t end, bool touched) {
-        if (!touched) return kernels_.fluid(slots, begin, end, relaxation, {});
+        if (!touched) return kernels_.fluid(slots, {begin, end}, relaxation, {});
         covered_cells_[static_cast<std::size_t>(r)] += end - begin;
         (forced ? find_forced_weights<D> : find_weights<D>)(begin, end, relaxation_.tau, buffer);
     });
@@ -271,7 +271,7 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
             populations_.visit([&]<class Stored>(Rows<D, Stored> const&) {
                 phase_->add_to_row(r, begin, end, typed<D, Stored>(slots), relaxation, buffer.input());
             });
-        kernels_.covered(slots, begin, end, relaxation, buffer.view());
+        kernels_.covered(slots, {begin, end}, relaxation, buffer.view());
         if (phase_) phase_->take_from_row(r, begin, end, buffer.view());
     });
     add_strip_forces(strips, buffer.view());
@@ -417,12 +417,12 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, st
     solid.momentum.fill(still_.rest.data());
     for (StillRows::Run const& run : still_.of_row(r)) {
         if (!run.touched) {
-            kernels_.fluid(slots, run.begin, run.end, relaxation, {});
+            kernels_.fluid(slots, {run.begin, run.end}, relaxation, {});
             continue;
         }
         covered_cells_[static_cast<std::size_t>(r)] += run.end - run.begin;
         still_.point(run, solid);
-        kernels_.covered(slots, run.begin, run.end, relaxation, solid);
+        kernels_.covered(slots, {run.begin, run.end}, relaxation, solid);
     }
     for (std::uint32_t const k : strips) strip_load_[k] = load_at_rest(coverage_.strips()[k], solid);
     add_rim_forces(r, slots);

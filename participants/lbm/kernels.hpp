@@ -5,10 +5,9 @@
 
 namespace lbm {
 
-//! Collides the cells [begin, end) of one row in place.
+//! Collides cells in place.
 template <int D>
-using Kernel = void (*)(AnySlots<D> const&, std::ptrdiff_t begin, std::ptrdiff_t end, Relaxation const&,
-                        SolidRow const&);
+using Kernel = void (*)(AnySlots<D> const&, CellRows const&, Relaxation const&, SolidRow const&);
 
 //! Those of a run: of cells without solids, and with them. Floats are computed with as floats where no solid is near,
 //! and as doubles in cells with solids: their forces are sums over cells.

@@ -68,37 +68,6 @@ struct Lanes
         return a;
 #endif
     }
-    //! 1/root(a) for a > 0, sooner: where the machine has an estimate of 14 bits, y, that is corrected by e = 1 - a
-    //! y^2, double to y (1 + e/2 + 3 e^2/8), off by 2^-40 of itself, float to y (1 + e/2), off by rounding.
-    [[gnu::always_inline]] friend Lanes reciprocal_root_nearly(Lanes a) noexcept
-    {
-#if defined(__AVX512F__)
-        if constexpr (sizeof(T) == sizeof(double)) {
-            Lanes const y = Register(_mm512_rsqrt14_pd(a.all)), e = madd(-a * y, y, 1.0);
-            return madd(y * e, madd(0.375, e, 0.5), y);
-        } else {
-            Lanes const y = Register(_mm512_rsqrt14_ps(a.all)), e = madd(-a * y, y, 1.0);
-            return madd(0.5 * y, e, y);
-        }
-#else
-        return 1.0 / root(a);
-#endif
-    }
-    //! 1/a, as exact as that: e = 1 - a y, double y (1 + e + e^2), float y (1 + e).
-    [[gnu::always_inline]] friend Lanes reciprocal_nearly(Lanes a) noexcept
-    {
-#if defined(__AVX512F__)
-        if constexpr (sizeof(T) == sizeof(double)) {
-            Lanes const y = Register(_mm512_rcp14_pd(a.all)), e = madd(-a, y, 1.0);
-            return madd(y, madd(e, e, e), y);
-        } else {
-            Lanes const y = Register(_mm512_rcp14_ps(a.all)), e = madd(-a, y, 1.0);
-            return madd(y, e, y);
-        }
-#else
-        return 1.0 / a;
-#endif
-    }
     //! a where x is above the limit, else b.
     [[gnu::always_inline]] friend Lanes where_above(Lanes x, double limit, Lanes a, Lanes b) noexcept
     {

@@ -11,6 +11,7 @@ Layout::Layout(Extent cells, std::vector<Box> boxes) : cells_(cells), boxes_(std
     for (std::size_t b = 0; b < boxes_.size(); ++b) {
         auto const& [first, size] = boxes_[b];
         stored_ += boxes_[b].cells();
+        first_rows_.push_back(rows());
         widest_ = std::max(widest_, size[0]);
         for (std::ptrdiff_t z = 0; z < size[2]; ++z)
             for (std::ptrdiff_t y = 0; y < size[1]; ++y)

@@ -49,6 +49,7 @@ class Layout
     std::vector<Box> const& boxes() const noexcept { return boxes_; }
     std::ptrdiff_t rows() const noexcept { return static_cast<std::ptrdiff_t>(rows_.size()); }
     Row const& row(std::ptrdiff_t r) const noexcept { return rows_[static_cast<std::size_t>(r)]; }
+    std::ptrdiff_t first_row(std::size_t box) const noexcept { return first_rows_[box]; }
     //! Rows that lie in one row of the lattice, by x.
     std::span<std::uint32_t const> across(std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
     {
@@ -63,6 +64,7 @@ class Layout
     Extent cells_;
     std::vector<Box> boxes_;
     std::vector<Row> rows_;
+    std::vector<std::ptrdiff_t> first_rows_;             //!< of each box
     std::vector<std::uint32_t> by_place_, place_start_;  //!< rows by [z][y], then by x
     std::ptrdiff_t stored_ = 0, widest_ = 0;
     std::size_t most_across_ = 0;

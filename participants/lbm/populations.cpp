@@ -27,11 +27,14 @@ constexpr std::ptrdiff_t pad(std::ptrdiff_t n, std::ptrdiff_t line)
     return (round_up(n, line) / line | 1) * line;
 }
 
-//! Cells of a row in whole cache lines; of long rows not so many that rows above one another fall into one set.
+//! Slots from a row of so many cells to the next, with room for a ghost cell. Long rows lie in whole cache lines, but
+//! not so many that those above one another fall into one set; short ones do not, since the machine would fetch what
+//! lies between them as well.
 constexpr std::ptrdiff_t row_stride(std::ptrdiff_t cells, std::ptrdiff_t line)
 {
-    std::ptrdiff_t const lines = round_up(cells, line) / line;
-    return (lines % 8 == 0 && lines >= 16 ? lines + 1 : lines) * line;
+    constexpr std::ptrdiff_t longer = 64, in_a_set = 8;  // lines
+    std::ptrdiff_t const slots = cells + 1 < longer * line ? cells + 1 : round_up(cells + 1, line);
+    return slots % (in_a_set * line) == 0 && slots > in_a_set * line ? slots + line : slots;
 }
 
 }  // namespace
@@ -41,12 +44,12 @@ template <int D>
 std::ptrdiff_t Populations<D>::add_box(Extent const& size, std::ptrdiff_t begin)
 {
     Arrays a;
+    a.stride = row_stride(size[0], line_);
     for (std::size_t q = 0; q < directions; ++q) {
         auto const& c = Lattice<D>::c[q];
         a.rows[q] = size[1] + std::abs(c[1]);
         a.planes[q] = size[2] + std::abs(c[2]);
-        a.stride[q] = row_stride(size[0] + std::abs(c[0]), line_);
-        a.plane[q] = D == 2 ? a.rows[q] * a.stride[q] : pad(a.rows[q] * a.stride[q], line_);
+        a.plane[q] = D == 2 ? a.rows[q] * a.stride : pad(a.rows[q] * a.stride, line_);
         a.begin[q] = begin + (c[0] > 0 ? slack : c[0] < 0 ? 1 : 0);  // the origin moves down as they move up
         begin += pad(a.planes[q] * a.plane[q] + (c[0] == 0 ? 0 : slack + 1), line_);
     }
@@ -60,6 +63,9 @@ Populations<D>::Populations(Layout const& layout, Precision precision, sluice::T
 {
     std::ptrdiff_t length = 0;
     for (Box const& box : layout.boxes()) length = add_box(box.size, length);
+    for (Ends& ends : ends_)
+        for (std::size_t q = 0; q < directions; ++q)
+            if (Lattice<D>::c[q][0] != 0) ends[q].resize(static_cast<std::size_t>(rows()) * bytes_of(precision));
     bytes_ = (static_cast<std::size_t>(length) * bytes_of(precision) + huge_page - 1) / huge_page * huge_page;
     memory_.reset(static_cast<std::byte*>(std::aligned_alloc(huge_page, bytes_)));
     sluice::require(memory_ != nullptr, [&] {
@@ -101,6 +107,7 @@ void Populations<D>::stream(sluice::Team& team)
             a.z0[q] = in_ring(a.z0[q] - Lattice<D>::c[q][2], a.planes[q]);
         }
     ++drift_;
+    std::swap(ends_[0], ends_[1]);
 }
 
 template class Populations<2>;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstddef>
@@ -46,6 +47,9 @@ class Rows;
 //! left at one end is where the next one comes in. Along x rows are straight, with slack at the array's end; when it is
 //! used up they are moved back (1/2 % of the time). Every cell reads and writes its own slots only: no order, no races,
 //! no second array.
+//!
+//! What leaves a row at one of its ends lies there, far from what leaves the next row. It is noted once more, row by
+//! row side by side: walls and joined sides across x take it from there.
 template <int D>
 class Populations
 {
@@ -68,6 +72,18 @@ class Populations
         return slots;
     }
 
+    //! How many rows from r on, `most` at most, lie a stride apart in every direction's array.
+    std::ptrdiff_t rows_in_line(std::ptrdiff_t r, std::ptrdiff_t most) const noexcept
+    {
+        auto const [box, y, z] = place(r);
+        Arrays const& a = arrays_[box];
+        std::ptrdiff_t count = std::min(most, layout_->boxes()[box].size[1] - y);
+        for (std::size_t q = 0; q < directions; ++q)
+            count = std::min(count, a.rows[q] - in_ring(y + a.y0[q], a.rows[q]));
+        return count;
+    }
+    std::ptrdiff_t stride(std::ptrdiff_t r) const noexcept { return arrays_[place(r).box].stride; }  //!< that one
+
     //! Calls with Rows of the type that is stored.
     template <class Call>
     decltype(auto) visit(Call&& call)
@@ -83,7 +99,10 @@ class Populations
 
     void stream(sluice::Team& team);  //!< one step: every population moves by c_q
 
-    std::size_t bytes() const noexcept { return bytes_; }
+    std::size_t bytes() const noexcept
+    {
+        return bytes_ + (D == 2 ? 12 : 20) * bytes_of(precision_) * static_cast<std::size_t>(rows());
+    }
 
  private:
     template <int E, class Stored>
@@ -99,10 +118,11 @@ class Populations
     struct Arrays
     {
         using Of = std::array<std::ptrdiff_t, directions>;
-        Of begin;          //!< slot of x = 0 in the first row of the ring, when all slack is left
-        Of stride, plane;  //!< from row to row, from plane to plane
-        Of rows, planes;   //!< in the rings
-        Of y0{}, z0{};     //!< places in the rings of y = 0, z = 0
+        Of begin;               //!< slot of x = 0 in the first row of the ring, when all slack is left
+        std::ptrdiff_t stride;  //!< from row to row, of all directions
+        Of plane;               //!< from plane to plane
+        Of rows, planes;        //!< in the rings
+        Of y0{}, z0{};          //!< places in the rings of y = 0, z = 0
     };
     struct Place
     {
@@ -123,8 +143,7 @@ class Populations
     }
     static std::ptrdiff_t offset(Arrays const& a, std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) noexcept
     {
-        return a.begin[q] + in_ring(z + a.z0[q], a.planes[q]) * a.plane[q] +
-               in_ring(y + a.y0[q], a.rows[q]) * a.stride[q];
+        return a.begin[q] + in_ring(z + a.z0[q], a.planes[q]) * a.plane[q] + in_ring(y + a.y0[q], a.rows[q]) * a.stride;
     }
     //! Of direction q of cell (0, y, z) of a box, from the memory's begin [populations].
     std::ptrdiff_t offset(std::size_t box, std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
@@ -148,7 +167,9 @@ class Populations
     std::size_t bytes_ = 0;
     std::unique_ptr<std::byte, Free> memory_;
     std::vector<Arrays> arrays_;  //!< for each box
-    std::ptrdiff_t drift_ = 0;    //!< steps since rows were moved back
+    using Ends = std::array<std::vector<std::byte>, directions>;
+    std::array<Ends, 2> ends_;  //!< of directions that move along x, of all rows: of the last step, and of this one
+    std::ptrdiff_t drift_ = 0;  //!< steps since rows were moved back
 };
 
 //! Populations as the type that they are stored as: float or double, or const of these.
@@ -179,6 +200,12 @@ class Rows
     }
     Slots<D, Stored> row(std::ptrdiff_t r) const noexcept { return typed<D, Stored>(of_->row(r)); }
 
+    //! Of all rows, what left them at the end that a direction, one that moves along x, leaves them by in the last
+    //! step.
+    Stored const* ends(std::size_t q) const noexcept
+    {
+        return reinterpret_cast<Stored const*>(of_->ends_[0][q].data());
+    }
     //! Rows of one direction in a plane of a box, from one on upward.
     class Column
     {
@@ -202,7 +229,24 @@ class Rows
     Column column(std::size_t box, std::size_t q, std::ptrdiff_t y, std::ptrdiff_t z) const noexcept
     {
         auto const& a = of_->arrays_[box];
-        return {at(box, q, y, z), a.stride[q], of_->in_ring(y + a.y0[q], a.rows[q]), a.rows[q]};
+        return {at(box, q, y, z), a.stride, of_->in_ring(y + a.y0[q], a.rows[q]), a.rows[q]};
+    }
+
+    //! Notes what will leave rows that have collided.
+    void note_ends(std::ptrdiff_t begin, std::ptrdiff_t end) const noexcept
+    {
+        for (std::ptrdiff_t next = begin; begin < end; begin = next) {
+            auto const [box, y, z] = of_->place(begin);
+            Extent const& size = layout().boxes()[box].size;
+            next = std::min(end, begin + size[1] - y);
+            for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
+                if (Lattice<D>::c[q][0] == 0) continue;
+                auto* const ends = reinterpret_cast<Stored*>(of_->ends_[1][q].data());
+                std::ptrdiff_t const x = Lattice<D>::c[q][0] > 0 ? size[0] - 1 : 0;
+                Column from = column(box, q, y, z);
+                for (std::ptrdiff_t r = begin; r < next; ++r, from.up()) ends[r] = from.first()[x];
+            }
+        }
     }
 
  private:

@@ -270,20 +270,30 @@ void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
     for (std::ptrdiff_t next = begin; begin < end; begin = next) {
         next = std::min(begin + at_once, end);
         if (!complete_) enter_rows(begin, next);
-        for (std::ptrdiff_t r = begin; r < next; ++r) collide_row(r);
+        for (std::ptrdiff_t r = begin; r < next;) r += collide_from(r, next);
+        populations_.visit([&](auto const& rows) { rows.note_ends(begin, next); });
     }
 }
 
+//! A row, or several from it on that lie in line and are without solids; returns how many.
 template <int D>
-void Solver<D>::collide_row(std::ptrdiff_t r)
+std::ptrdiff_t Solver<D>::collide_from(std::ptrdiff_t r, std::ptrdiff_t end)
 {
     AnySlots<D> const slots = populations_.row(r);
     covered_cells_[static_cast<std::size_t>(r)] = 0;
     auto const strips = coverage_.row(r);
     bool const fine = phase_ && phase_->reaches(r);
-    if (!fine && !strips.empty() && all_rest(strips)) return collide_still_row(r, slots, strips);
-    if (fine || !strips.empty()) return collide_covered_row(r, slots, strips);
-    kernels_.fluid(slots, 0, layout_.row(r).cells, of_row(r), {});
+    if (!fine && !strips.empty() && all_rest(strips)) return collide_still_row(r, slots, strips), 1;
+    if (fine || !strips.empty()) return collide_covered_row(r, slots, strips), 1;
+    std::ptrdiff_t const most = turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
+    CellRows cells{0, layout_.row(r).cells, 1, populations_.stride(r)};
+    for (; cells.count < most; ++cells.count) {
+        std::ptrdiff_t const next = r + cells.count;
+        if (!coverage_.row(next).empty() || (phase_ && phase_->reaches(next))) break;
+        covered_cells_[static_cast<std::size_t>(next)] = 0;
+    }
+    kernels_.fluid(slots, cells, of_row(r), {});
+    return cells.count;
 }
 
 template <int D>

@@ -134,7 +134,7 @@ class Solver
     void enter_rows(std::ptrdiff_t begin, std::ptrdiff_t end);
     void collide_rows();
     void collide_run(std::ptrdiff_t begin, std::ptrdiff_t end);
-    void collide_row(std::ptrdiff_t r);
+    std::ptrdiff_t collide_from(std::ptrdiff_t r, std::ptrdiff_t end);
     void collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     bool all_rest(std::span<std::uint32_t const> strips) const;
     void list_still_rows();

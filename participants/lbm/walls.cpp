@@ -286,6 +286,18 @@ void enter_piece(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& lin
     }
 }
 
+//! What left the row that a link comes from, and those above it, as far as it left it at one of its ends.
+template <int D, class Stored>
+Stored const* left_at_ends(Rows<D, Stored> const& p, Entrance const& link, std::ptrdiff_t y, std::ptrdiff_t z)
+{
+    auto const& c = Lattice<D>::c[link.from];
+    auto const box = static_cast<std::size_t>(link.box);
+    Extent const& size = p.layout().boxes()[box].size;
+    if (c[0] == 0 || link.x + link.place[0] != (c[0] > 0 ? size[0] : -1)) return nullptr;
+    return p.ends(link.from) + p.layout().first_row(box) + (z + link.place[2] - c[2]) * size[1] + y + link.place[1] -
+           c[1];
+}
+
 //! One cell of each row from `begin` to `end`, one above the other in a box. Each is far from the last in memory: next
 //! to nothing is done between two, so that the machine waits for many at once.
 template <int D, class Stored>
@@ -297,6 +309,11 @@ void enter_column(Rows<D, Stored> const& p, std::ptrdiff_t begin, std::ptrdiff_t
     Extent const& first = layout.boxes()[box].first;
     std::ptrdiff_t const y = row.y - first[1], z = row.z - first[2];
     auto in = p.column(box, link.into, y, z);
+    if (auto const* left = left_at_ends(p, link, y, z)) {
+        for (std::ptrdiff_t r = begin; r < end; ++r, in.up())
+            in.first()[link.x] = static_cast<Stored>(*left++ + link.push);
+        return;
+    }
     auto out = p.column(static_cast<std::size_t>(link.box), link.from, y + link.place[1], z + link.place[2]);
     std::ptrdiff_t const from = link.x + link.place[0];
     for (std::ptrdiff_t r = begin; r < end; ++r, in.up(), out.up())

@@ -68,7 +68,7 @@ void check_moments(bool forced)
     lbm::Relaxation const r = lbm::relaxation(c);
     Row<D> const before;
     Row<D> after;
-    lbm::kernels_of<D>(c).fluid(after.slots(), 0, Row<D>::cells, r, {});
+    lbm::kernels_of<D>(c).fluid(after.slots(), {0, Row<D>::cells}, r, {});
     constexpr double rounding = 1e-14;
     for (std::size_t x = 0; x < Row<D>::cells; ++x) {
         constexpr std::array<double, 3> rest{};
@@ -108,11 +108,11 @@ void check_large_eddies()
     auto c = config<D>(0.001, true);
     c.smagorinsky = 0.2;
     Row<D> central, other;
-    lbm::kernels_of<D>(c).fluid(central.slots(), 0, Row<D>::cells, lbm::relaxation(c), {});
+    lbm::kernels_of<D>(c).fluid(central.slots(), {0, Row<D>::cells}, lbm::relaxation(c), {});
     c.collision = lbm::Operator::mrt;
     lbm::Relaxation const r = lbm::relaxation(c);
     Row<D> const before;
-    lbm::kernels_of<D>(c).fluid(other.slots(), 0, Row<D>::cells, r, {});
+    lbm::kernels_of<D>(c).fluid(other.slots(), {0, Row<D>::cells}, r, {});
     for (std::size_t x = 0; x < Row<D>::cells; ++x) {
         constexpr std::array<double, 3> rest{};
         std::array<double, 3> u{};
