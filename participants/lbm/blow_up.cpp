@@ -14,7 +14,7 @@ template <int D, class V, class Stored>
 #pragma GCC unroll 19
     for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
         V const value = load<V>(f[q] + x);
-        ask_ahead(f[q] + x);
+        ask_ahead<D>(f[q] + x);
         excess = excess + value;
 #pragma GCC unroll 3
         for (std::size_t k = 0; k < D; ++k) {

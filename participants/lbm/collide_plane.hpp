@@ -239,7 +239,7 @@ struct PlaneCell
 #pragma GCC unroll 9
         for (std::size_t q = 0; q < 9; ++q) {
             store(slots[q] + at, f[q]);
-            ask_ahead(slots[q] + at);
+            ask_ahead<2>(slots[q] + at);
         }
         if constexpr (F.grains) solid.tell(row, at);
     }

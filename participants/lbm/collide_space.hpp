@@ -18,7 +18,7 @@ struct CellInRow
     [[gnu::always_inline]] void put(std::size_t q, V const& f) const noexcept
     {
         store(slots[q] + at, f);
-        ask_ahead(slots[q] + at);
+        ask_ahead<3>(slots[q] + at);
     }
 };
 

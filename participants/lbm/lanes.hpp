@@ -104,12 +104,14 @@ template <class V, class Stored>
     std::memcpy(&part, from, sizeof part);
     return V(__builtin_convertvector(part, typename V::Register));
 }
-//! Asks for the line twelve ahead, into the second cache: many streams are more than the machine follows by itself.
-template <class Stored>
+//! Asks for a line ahead: many streams are more than the machine follows by itself. Those of the plane have room in the
+//! first cache, those of space in the second.
+template <int D, class Stored>
 [[gnu::always_inline]] inline void ask_ahead(Stored const* at) noexcept
 {
-    constexpr std::size_t line = 64, lines = 12;
-    __builtin_prefetch(at + lines * line / sizeof(Stored), 0, 2);
+    constexpr std::size_t line = 64, lines = D == 2 ? 12 : 24;
+    constexpr int first_cache = 3, second_cache = 2;
+    __builtin_prefetch(at + lines * line / sizeof(Stored), 0, D == 2 ? first_cache : second_cache);
 }
 template <class V, class Stored>
 [[gnu::always_inline]] inline void store(Stored* to, V const& v) noexcept

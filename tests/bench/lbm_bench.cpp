@@ -162,30 +162,30 @@ double rate(lbm::Config const& c, Size const& size, char const* name = nullptr, 
     return best;
 }
 
-lbm::Config cube(std::ptrdiff_t side, lbm::Precision precision)
+lbm::Config box(lbm::Extent const& cells, lbm::Precision precision)
 {
     lbm::Config c;
     c.precision = precision;
     c.dimension = 3;
     c.cell = c.step = c.density = 1;
-    c.size.fill(static_cast<double>(side));
+    std::copy(cells.begin(), cells.end(), c.size.begin());
     c.viscosity = 0.01;
     c.collision = lbm::Operator::trt;
     return c;
 }
 
-//! The same in space: a cube of cells, with `spheres` each way or none.
-double rate_in_space(std::ptrdiff_t side, int threads, lbm::Precision precision, lbm::Operator collision,
+//! The same in space: a box of cells, with `spheres` each way or none.
+double rate_in_space(lbm::Extent const& cells, int threads, lbm::Precision precision, lbm::Operator collision,
                      double smagorinsky, int spheres, lbm::Surface surface)
 {
-    lbm::Config c = cube(side, precision);
+    lbm::Config c = box(cells, precision);
     c.surface = surface;
     c.collision = collision;
     c.smagorinsky = smagorinsky;
     c.threads = threads;
     lbm::Solver<3> solver(c);
     std::vector<double> position, velocity, spin, radius;
-    double const pitch = static_cast<double>(side) / (spheres + 1);
+    double const pitch = static_cast<double>(std::min({cells[0], cells[1], cells[2]})) / (spheres + 1);
     for (int i = 0; i < spheres * spheres * spheres; ++i) {
         for (int const k : {i % spheres, i / spheres % spheres, i / spheres / spheres})
             position.push_back(pitch * (k + 1) + 0.3 * std::sin(7.0 * i + k));
@@ -193,7 +193,7 @@ double rate_in_space(std::ptrdiff_t side, int threads, lbm::Precision precision,
         spin.insert(spin.end(), {1e-4, 1e-4 * std::cos(i), 0});
         radius.push_back(0.45 * pitch);
     }
-    return best_rate(solver, static_cast<double>(side * side * side), 10, [&] {
+    return best_rate(solver, static_cast<double>(cells[0] * cells[1] * cells[2]), 10, [&] {
         for (std::size_t i = 0; i < position.size(); ++i) position[i] += velocity[i];
         solver.set_bodies({position, velocity, spin, radius});
     });
@@ -236,10 +236,12 @@ double plain_rate(lbm::Config const& c, Size const& size)
 int main(int argc, char** argv)
 {
     Size size{3500, 1700, 2028, 25}, immersed{1800, 600, 1000, 60};  // the second as configs/immersed_column.yaml
-    std::ptrdiff_t side = 128;                                       // of the cube in space: 320 MB
+    lbm::Extent space{192, 160, 160}, cube{128, 128, 128};           // 750, 320 MB
+    std::ptrdiff_t side = 256;                                       // of the box with a tenth of fluid
     char const* json = nullptr;
     for (int i = 1; i < argc; ++i) {
-        if (std::strcmp(argv[i], "--small") == 0) size = {350, 170, 40, 10}, immersed.steps = 2, side = 24;
+        if (std::strcmp(argv[i], "--small") == 0)
+            size = {350, 170, 40, 10}, immersed.steps = 2, side = 48, space = cube = {24, 24, 24};
         if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) json = argv[++i];
     }
     double roof[3] = {};  // [B/s]
@@ -270,36 +272,38 @@ int main(int argc, char** argv)
             show(packed, rate(of(immersed, 0.1), immersed, packed, Column(immersed.discs, 35, 14.6, 0.1)));
         }
     for (int threads : {1, 2}) {
-        double const limit = in_place_bandwidth<3>(threads, {side, side, side});
+        double const limit = in_place_bandwidth<3>(threads, space);
         note("D3Q19 memory, in-place update", threads == 1 ? "rate, 1 thread" : "rate, 2 threads", limit / 1e9, "GB/s",
              "itself", 1);
         for (auto const precision : precisions) {
-            auto const show = [&](char const* name, lbm::Operator collision, double les, int spheres,
-                                  lbm::Surface surface = lbm::Surface::covered) {
-                double const updates = rate_in_space(side, threads, precision, collision, les, spheres, surface);
+            auto const show = [&](char const* name, lbm::Extent const& cells, lbm::Operator collision, double les,
+                                  int spheres, lbm::Surface surface = lbm::Surface::covered) {
+                double const updates = rate_in_space(cells, threads, precision, collision, les, spheres, surface);
                 note(name, metric(threads, precision), updates / 1e6, "MLUPS", "roofline",
                      updates * bytes_per_update<3>(precision) / limit);
             };
-            show("D3Q19 TRT", lbm::Operator::trt, 0, 0);
-            show("D3Q19 MRT", lbm::Operator::mrt, 0, 0);
-            show("D3Q19 MRT + LES", lbm::Operator::mrt, 0.1, 0);
-            show("D3Q19 central moments", lbm::Operator::central, 0, 0);
-            show("D3Q19 TRT + spheres, whole step", lbm::Operator::trt, 0, 8);
-            show("D3Q19 TRT + spheres, interpolated, whole step", lbm::Operator::trt, 0, 8, lbm::Surface::interpolated);
+            show("D3Q19 TRT", space, lbm::Operator::trt, 0, 0);
+            show("D3Q19 TRT, 128 cells each way", cube, lbm::Operator::trt, 0, 0);
+            show("D3Q19 MRT", space, lbm::Operator::mrt, 0, 0);
+            show("D3Q19 MRT + LES", space, lbm::Operator::mrt, 0.1, 0);
+            show("D3Q19 central moments", space, lbm::Operator::central, 0, 0);
+            show("D3Q19 TRT + spheres, whole step", cube, lbm::Operator::trt, 0, 8);
+            show("D3Q19 TRT + spheres, interpolated, whole step", cube, lbm::Operator::trt, 0, 8,
+                 lbm::Surface::interpolated);
         }
     }
     for (auto const precision : precisions) {
         constexpr double tenth = 0.1;
-        lbm::Config const plane = config(size, 1, 0.1, precision), space = cube(2 * side, precision);
-        lbm::Config bent = plane, pipe = space, basin = space;
+        lbm::Config const plane = config(size, 1, 0.1, precision), solid = box({side, side, side}, precision);
+        lbm::Config bent = plane, pipe = solid, basin = solid;
         BentChannel<2> const channel(bent.cells(), tenth);
         channel.add_to(bent);
         show_tenth<2>("tenth of fluid, bent channel", plane, bent, channel.fluid(), size.steps / 5);
         BentChannel<3> const duct(pipe.cells(), tenth);
         duct.add_to(pipe);
-        show_tenth<3>("D3Q19 tenth of fluid, bent duct", space, pipe, duct.fluid(), 2);
+        show_tenth<3>("D3Q19 tenth of fluid, bent duct", solid, pipe, duct.fluid(), 2);
         double const fluid = add_basin<3>(basin, tenth);
-        show_tenth<3>("D3Q19 tenth of fluid, basin", space, basin, fluid, 2);
+        show_tenth<3>("D3Q19 tenth of fluid, basin", solid, basin, fluid, 2);
     }
     double const plain = plain_rate(config(size, 1, 0.1), size);
     note("plain two-grid lattice, MRT + LES", metric(1, precisions[0]), plain / 1e6, "MLUPS", "roofline",
