@@ -43,6 +43,16 @@ struct SumPart
     std::array<double, K> sum;
 };
 
+//! Makes one part of those from `first` on, which are all of one sum: it is then here alone.
+template <std::size_t K>
+void join(std::vector<SumPart<K>>& parts, std::size_t first)
+{
+    if (parts.size() < first + 2) return;
+    for (std::size_t p = first + 1; p < parts.size(); ++p)
+        for (std::size_t k = 0; k < K; ++k) parts[first].sum[k] += parts[p].sum[k];
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(first) + 1, parts.end());
+}
+
 //! The part of a lattice that this process has: all of it, or a slab.
 template <int D>
 class Domain

@@ -113,10 +113,6 @@ void require_shareable(Config const& config, int processes)
 {
     std::ptrdiff_t const layers = config.cells()[config.axes() - 1];
     require(processes <= layers, [&] { return too_many(processes, layers, config.axes() - 1); });
-    require(processes == 1 || config.surface != Surface::interpolated, [&] {
-        return Error("fluid: grains: interpolated with " + std::to_string(processes) +
-                     " processes (needed: one). Give ranks: 1, and threads.");
-    });
 }
 
 //! The solids' fractions are let go before the populations are allocated.
@@ -141,7 +137,7 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
     list_still_rows();
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
     if (config_.phase) phase_.emplace(config_, domain_);
-    if (config_.surface == Surface::interpolated) links_.emplace(config_.cells(), walls_.periodic());
+    if (config_.surface == Surface::interpolated) links_.emplace(domain_, walls_.periodic());
     find_field();
 }
 

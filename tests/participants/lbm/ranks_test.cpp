@@ -32,18 +32,18 @@ lbm::Solid ball(std::array<double, 3> const& centre, double radius)
     return solid;
 }
 
-//! Bodies that move across the lattice, in all directions, some across its sides; from step 5 on there is one more,
-//! which comes first.
+//! Bodies that move across the lattice, in all directions, some across its sides; from step 5 to 24 there is one
+//! more, which comes first.
 template <int D>
 struct Bodies
 {
     std::vector<double> position, velocity, spin, radius;
     std::vector<std::uint64_t> id;
 
-    Bodies(lbm::Config const& c, int step)
+    Bodies(lbm::Config const& c, double size, int step)
     {
         constexpr std::size_t most = 4;
-        for (std::size_t i = step < 5 ? 1 : 0; i < most; ++i) {
+        for (std::size_t i = step < 5 || step > 24 ? 1 : 0; i < most; ++i) {
             for (std::size_t k = 0; k < D; ++k) {
                 double const v = 0.03 * std::cos(1.7 * static_cast<double>(i) + 2.1 * static_cast<double>(k));
                 double const start = c.size[k] * (0.04 + 0.3 * static_cast<double>(i));
@@ -51,7 +51,7 @@ struct Bodies
                 velocity.push_back(v);
             }
             for (std::size_t k = 0; k < lbm::spins<D>; ++k) spin.push_back(0.002 * static_cast<double>(i + k));
-            radius.push_back(1.6 + 0.4 * static_cast<double>(i));
+            radius.push_back(size * (1.6 + 0.4 * static_cast<double>(i)));
             id.push_back(7 * (most - i));
         }
     }
@@ -117,7 +117,7 @@ struct Scene
 {
     std::string what;
     lbm::Config config;
-    bool bodies = true;
+    double bodies = 1;  //!< their size; 0: there are none
 };
 
 template <int D>
@@ -127,8 +127,8 @@ void run(lbm::Solver<D>& solver, Scene const& scene, int from, int to, bool firs
         trace.insert(trace.end(), numbers.begin(), numbers.end());
     };
     for (int k = from; k < to; ++k) {
-        if (scene.bodies) {
-            Bodies<D> const bodies(scene.config, k);
+        if (scene.bodies > 0) {
+            Bodies<D> const bodies(scene.config, scene.bodies, k);
             solver.set_bodies({bodies.position, bodies.velocity, bodies.spin, bodies.radius, bodies.id});
         }
         if (scene.config.phase && k % window == 0) {
@@ -141,6 +141,7 @@ void run(lbm::Solver<D>& solver, Scene const& scene, int from, int to, bool firs
         add(solver.loads().torque);
         add(solver.solid_loads().force);
         add(solver.solid_loads().torque);
+        add(solver.taken_along());
         if (k % 9 == 4) look(solver, first, trace);
     }
 }
@@ -206,11 +207,18 @@ std::vector<Scene> plane_scenes()
     scenes.push_back({"periodic, in floats", periodic});
     periodic.surface = lbm::Surface::forced;
     scenes.push_back({"the same, forced", periodic});
+    periodic.surface = lbm::Surface::interpolated;
+    periodic.lightest_grain = 0.2;
+    scenes.push_back({"the same, interpolated and light", periodic});
+    box.surface = lbm::Surface::interpolated;
+    scenes.push_back({"closed box, interpolated, in a crowd", box, 2.4});
     auto channel = config<2>({40, 22, 0});
     channel.walls[lbm::left] = {.kind = lbm::Border::inflow, .velocity = {0.05, 0, 0}, .parabola = true};
     channel.walls[lbm::right] = {.kind = lbm::Border::pressure, .absorbing = true};
     channel.solids = {ball({15, 9, 0}, 4)};
     scenes.push_back({"channel", channel});
+    channel.surface = lbm::Surface::interpolated;
+    scenes.push_back({"channel, interpolated", channel});
     auto shaft = config<2>({20, 30, 0});
     shaft.walls[lbm::left].kind = lbm::Border::slip;
     shaft.walls[lbm::lower_y] = {.kind = lbm::Border::inflow, .velocity = {0, 0.05, 0}};
@@ -243,6 +251,12 @@ std::vector<Scene> scenes_in_space()
     scenes.push_back({"periodic", periodic});
     periodic.surface = lbm::Surface::forced;
     scenes.push_back({"the same, forced", periodic});
+    periodic.surface = lbm::Surface::interpolated;
+    scenes.push_back({"the same, interpolated, in a crowd", periodic, 1.6});
+    periodic.set_periodic(2, false);
+    periodic.precision = lbm::Precision::float32;
+    periodic.lightest_grain = 0.2;
+    scenes.push_back({"between walls, in floats, interpolated and light", periodic});
     auto duct = config<3>({12, 14, 18});
     duct.walls[lbm::lower_z] = {.kind = lbm::Border::inflow, .velocity = {0, 0, 0.04}, .parabola = true};
     duct.walls[lbm::upper_z] = {.kind = lbm::Border::pressure};
@@ -256,7 +270,7 @@ std::vector<Scene> scenes_in_space()
     auto bed = config<3>({10, 8, 18});
     bed.phase = lbm::PhaseConfig{.law = lbm::Drag::di_felice, .diameter = 0.3, .solid_density = 2.65};
     bed.precision = lbm::Precision::float32;
-    scenes.push_back({"bed", bed, false});
+    scenes.push_back({"bed", bed, 0});
     return scenes;
 }
 
@@ -301,7 +315,4 @@ TEST_CASE("ranks: what processes cannot share is refused")
     auto c = config<2>({9, 6, 0});
     CHECK(refused(c, 6).empty());
     CHECK(contains(refused(c, 7), "7 processes for a lattice of 6 layers of cells along y"));
-    auto surfaces = c;
-    surfaces.surface = lbm::Surface::interpolated;
-    CHECK(contains(refused(surfaces, 2), "grains: interpolated with 2 processes"));
 }
