@@ -123,7 +123,7 @@ typename Links<D>::Change Links<D>::uncover(Rows<D, Stored> const& rows, Body<D>
     double excess = 0, count = 0;
     for (std::size_t p = 1; p < L::directions; ++p) {
         Extent there = cell.at;
-        if (!cells_.step(there, p) || cells_.owner(there) != Cells::nobody) continue;
+        if (!step_to_fluid(there, p)) continue;
         auto const populations = populations_of(rows, there);
         Moments<D> m(populations);
         for (std::size_t k = 0; k < D; ++k) m.momentum[k] = (m.momentum[k] + half_force_[k]) / (1 + m.excess);

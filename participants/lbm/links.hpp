@@ -130,7 +130,8 @@ class Links
     void share_sums();
 
     double hydrostatic(std::array<double, D> const& arm) const;
-    bool is_fluid(Extent at, std::size_t q) const noexcept
+    //! To the cell at +c_q; whether it is fluid.
+    bool step_to_fluid(Extent& at, std::size_t q) const noexcept
     {
         return cells_.step(at, q) && cells_.owner(at) == Cells::nobody;
     }

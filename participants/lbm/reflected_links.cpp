@@ -11,7 +11,7 @@ namespace {
 
 constexpr double given_a_step = 0.1;  //!< of what is missing: a jump of one cell makes a whisper
 
-//! Adds a momentum that acts at the end of an arm.
+//! Adds a momentum that acts at the end of an arm. Inlined, as cut(): calls would take 5 % of a step in space.
 template <int D>
 [[gnu::always_inline]] inline void add_at(typename Links<D>::Impulse& to, std::array<double, D> const& arm,
                                           std::array<double, D> const& momentum)
@@ -283,7 +283,7 @@ void Links<D>::each_link(std::size_t i, Body<D> const& body, Each&& each) const
                 Source source{from, cell.layer - (there ? L::c[q][D - 1] : 0), owner == Cells::nobody, false};
                 if (source.fluid)
                     source.fluid_behind =
-                        inner ? of_cell[-2 * cells_.offset(q)] == Cells::nobody : is_fluid(from, L::opposite[q]);
+                        inner ? of_cell[-2 * cells_.offset(q)] == Cells::nobody : step_to_fluid(from, L::opposite[q]);
                 each(cell, q, source);
             }
         });

@@ -75,7 +75,7 @@ Walls walls_lu(Config const& c, Relaxation const& relaxation, Domain<D> const& d
     return walls;
 }
 
-//! Solids finer than a cell and interpolated surfaces have arrays over the whole lattice: then all of it is stored.
+//! Solids finer than a cell and interpolated surfaces have arrays over whole layers: then all of it is stored.
 template <int D>
 Layout layout_of(Config const& c, std::vector<Patch<D>> const& patches, std::vector<Box> boxes)
 {
