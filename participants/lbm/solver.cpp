@@ -117,10 +117,12 @@ void require_shareable(Config const& config, int processes)
 
 //! The solids' fractions are let go before the populations are allocated.
 template <int D>
-Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes, ranks::Peers* peers)
+Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes, ranks::Peers* peers,
+                  std::vector<double> extra)
     : config_(checked(config)),
+      extra_(std::move(extra)),
       relaxation_(relaxation(config_)),
-      domain_(layout_of(config_, patches, std::move(boxes)), peers),
+      domain_(layout_of(config_, patches, std::move(boxes)), peers, extra_),
       walls_(walls_lu<D>(config_, relaxation_, domain_, patches)),
       kernels_(kernels_of<D>(config_)),
       coverage_(domain_, walls_.periodic(), std::move(patches)),

@@ -1,14 +1,18 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <string>
 #include <vector>
 
 #include "coupler/base/error.hpp"
+#include "participants/lbm/slab_cost.hpp"
 #include "participants/lbm/solver.hpp"
 #include "tests/participants/lbm/bent_channel.hpp"
 #include "tests/participants/lbm/unit_config.hpp"
+#include "tests/support/close_to.hpp"
 #include "tests/support/contains.hpp"
 #include "tests/support/thread_peers.hpp"
 
@@ -55,6 +59,7 @@ struct Bodies
             id.push_back(7 * (most - i));
         }
     }
+    lbm::BodiesView view() const { return {position, velocity, spin, radius, id}; }
 };
 
 //! Points of a bed that sinks through the lattice, in its middle and across its lowest side.
@@ -129,7 +134,7 @@ void run(lbm::Solver<D>& solver, Scene const& scene, int from, int to, bool firs
     for (int k = from; k < to; ++k) {
         if (scene.bodies > 0) {
             Bodies<D> const bodies(scene.config, scene.bodies, k);
-            solver.set_bodies({bodies.position, bodies.velocity, bodies.spin, bodies.radius, bodies.id});
+            solver.set_bodies(bodies.view());
         }
         if (scene.config.phase && k % window == 0) {
             Points<D> const points(scene.config, k);
@@ -177,8 +182,13 @@ Trace shared(Scene const& scene, int processes)
         bool const first = peers.rank() == 0;
         Trace mine, dropped;
         sluice::State kept, later;
+        std::vector<double> extra;
+        if (scene.bodies > 0) {
+            Bodies<D> const bodies(scene.config, scene.bodies, 0);
+            extra = lbm::cost_of_bodies<D>(scene.config, bodies.view());
+        }
         {
-            lbm::Solver<D> solver(scene.config, &peers);
+            lbm::Solver<D> solver(scene.config, &peers, extra);
             set_flow(solver);
             run(solver, scene, 0, middle, first, mine);
             solver.keep(kept);
@@ -187,7 +197,7 @@ Trace shared(Scene const& scene, int processes)
             run(solver, scene, middle, middle + window, first, mine);
             solver.keep(later);
         }
-        lbm::Solver<D> solver(scene.config, &peers);
+        lbm::Solver<D> solver(scene.config, &peers, lbm::extra_of(later));
         solver.restore(later);
         run(solver, scene, middle + window, steps, first, mine);
         if (first) trace = mine;
@@ -299,6 +309,50 @@ TEST_CASE("ranks: a lattice in the plane that processes share gives the bits of 
 TEST_CASE("ranks: a lattice in space that processes share gives the bits of one")
 {
     check<3>(scenes_in_space(), {2, 3, 7});
+}
+
+TEST_CASE("ranks: slabs weigh layers by what bodies in them cost")
+{
+    auto c = config<2>({20, 40, 0});
+    std::vector<double> const position{10, 6, 10, 14}, none(4), spin(2), radius{4, 4};
+    lbm::BodiesView const bodies{position, none, spin, radius, {}};
+    auto const cost = lbm::cost_of_bodies<2>(c, bodies);
+    REQUIRE(cost.size() == 40);
+    auto const sum = [&](std::size_t begin, std::size_t end) {
+        return std::accumulate(cost.begin() + static_cast<std::ptrdiff_t>(begin),
+                               cost.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+    };
+    CHECK(sum(2, 10) == close_to(sum(10, 18)).epsilon(1e-12));
+    CHECK(sum(0, 2) + sum(18, 40) == 0);
+    // discs of 50 cells cost several times as much as so many of fluid; chords at half cells: an area within 5 %
+    CHECK(sum(0, 40) > 2 * 50 * 2 * 0.95);
+    lbm::Layout const whole(c.cells());
+    lbm::Slabs const plain(whole, 1, 2, {}), weighed(whole, 1, 2, cost);
+    CHECK(plain.begin(1) == 20);
+    auto const work = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        return 20.0 * static_cast<double>(end - begin) +
+               sum(static_cast<std::size_t>(begin), static_cast<std::size_t>(end));
+    };
+    double const largest = *std::max_element(cost.begin(), cost.end()) + 20;
+    CHECK(std::abs(work(0, weighed.begin(1)) - work(weighed.begin(1), 40)) <= largest);
+    c.set_periodic(1);
+    std::vector<double> const at_side{10, 0.5}, one_spin(1), one_radius{4};
+    auto const across = lbm::cost_of_bodies<2>(c, {at_side, std::span(none).first(2), one_spin, one_radius, {}});
+    CHECK(across[39] == close_to(across[1]).epsilon(1e-12));
+    CHECK(across[39] > 0);
+}
+
+TEST_CASE("ranks: a state of a lattice that was shared out otherwise is refused")
+{
+    unit::on_processes(2, [](ranks::Peers& peers) {
+        auto const c = config<2>({9, 12, 0});
+        sluice::State kept;
+        lbm::Solver<2> plain(c, &peers);
+        lbm::Solver<2>(c, &peers, std::vector<double>(12, 1.0)).keep(kept);
+        CHECK_THROWS_WITH_AS(plain.restore(kept), doctest::Contains("shared out otherwise"), sluice::Error);
+        CHECK_THROWS_WITH_AS(lbm::Solver<2>(c, &peers, std::vector<double>(11)),
+                             doctest::Contains("the cost of 11 layers of cells for a lattice of 12"), sluice::Error);
+    });
 }
 
 TEST_CASE("ranks: what processes cannot share is refused")
