@@ -149,6 +149,7 @@ void Solver<D>::keep(sluice::State& kept)
         auto const boxes = numbers_of(layout_.boxes());
         kept.put("boxes", std::span<std::int64_t const>(boxes));
     }
+    if (!extra_.empty()) kept.put("layers/extra", std::span<double const>(extra_));
     if (links_) {
         auto missing = links_->missing();
         missing.resize(id_.size());  // before the first step
@@ -157,6 +158,13 @@ void Solver<D>::keep(sluice::State& kept)
     if (auto const incoming = incoming_of(walls_); !incoming.empty())
         kept.put("sides/incoming", std::span<double const>(incoming));
     populations_.visit([&](auto const& rows) { put_populations(kept, rows); });
+}
+
+std::vector<double> extra_of(sluice::State const& kept)
+{
+    if (!kept.has("layers/extra")) return {};
+    auto const extra = kept.numbers("layers/extra");
+    return {extra.begin(), extra.end()};
 }
 
 //! Everything is taken out before anything changes: what does not fit leaves the solver as it was.
@@ -205,6 +213,10 @@ void Solver<D>::restore(sluice::State const& kept)
             std::copy_n(v, freedoms, m.begin());
             return m;
         });
+    sluice::require(std::ranges::equal(extra_of(kept), extra_), [] {
+        return sluice::Error("fluid: the checkpoint's lattice is shared out otherwise (needs the same cost of layers).",
+                             sluice::Exit::io);
+    });
     if (!layout_.whole())
         sluice::require(std::ranges::equal(kept.integers("boxes"), numbers_of(layout_.boxes())), [] {
             return sluice::Error(

@@ -8,6 +8,7 @@
 
 #include "coupler/coupler.hpp"
 #include "participants/lbm/recorder.hpp"
+#include "participants/lbm/slab_cost.hpp"
 #include "participants/lbm/solver.hpp"
 #include "participants/ranks/mpi_peers.hpp"
 #include "participants/ranks/restart.hpp"
@@ -71,6 +72,30 @@ BodiesView bodies_of(sluice::Kinematics const& k)
     std::span<std::uint64_t const> const ids(reinterpret_cast<std::uint64_t const*>(k.id.data()), k.id.size());
     return {k.position, k.velocity, k.angular_velocity, k.radius, ids};
 }
+
+//! The solver, made anew where it is when its lattice is shared out by another cost of layers. No step is under way.
+template <int D>
+class SharedSolver
+{
+ public:
+    SharedSolver(Config const& config, ranks::Peers* peers) : config_(config), peers_(peers)
+    {
+        solver_.emplace(config, peers);
+    }
+    Solver<D>& solver() noexcept { return *solver_; }
+    void share_out(std::vector<double> const& extra)
+    {
+        if (extra == extra_) return;
+        extra_ = extra;
+        solver_.emplace(config_, peers_, extra);
+    }
+
+ private:
+    Config const& config_;
+    ranks::Peers* peers_;
+    std::vector<double> extra_{};
+    std::optional<Solver<D>> solver_{};
+};
 
 //! What partners tell the first process, for all.
 template <class Data>
@@ -253,7 +278,8 @@ void run(sluice::Participant& self, Config const& config)
 {
     bool const first = self.rank() == 0;
     auto const peers = self.ranks() > 1 ? ranks::mpi_peers(self.rank(), self.ranks()) : nullptr;
-    Solver<D> solver(config, peers.get());
+    SharedSolver<D> shared(config, peers.get());
+    Solver<D>& solver = shared.solver();
     Shares shares;
     self.keeps(
         [&](sluice::State& state) {
@@ -261,6 +287,7 @@ void run(sluice::Participant& self, Config const& config)
             shares.keep(state);
         },
         [&](sluice::State const& state) {
+            shared.share_out(extra_of(state));
             solver.restore(state);
             shares = Shares::kept(state);
         });
@@ -297,6 +324,8 @@ void run(sluice::Participant& self, Config const& config)
                 auto const bodies =
                     known.share(kinematics.at(window.begin + (static_cast<double>(k) + 0.5) * config.step));
                 if (k == 0) load.restart(bodies.id);
+                bool const fresh = k == 0 && window.index == 0 && !iterates && !phase.exists();
+                if (fresh && peers) shared.share_out(cost_of_bodies<D>(config, bodies_of(bodies)));
                 solver.set_bodies(bodies_of(bodies));
             }
             if (k == 0 && window.index == 0 && window.iteration == 0) {

@@ -1,5 +1,6 @@
 #include "participants/lbm/domain.hpp"
 
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -27,31 +28,41 @@ sluice::Error too_many(int processes, std::ptrdiff_t layers, std::size_t axis)
                          " (needed: one layer or more for each). Give fewer ranks.");
 }
 
-Slabs::Slabs(Layout const& whole, std::size_t axis, int count)
+Slabs::Slabs(Layout const& whole, std::size_t axis, int count, std::span<double const> extra)
 {
     auto const cells = cells_of_layers(whole, axis);
+    sluice::require(extra.empty() || extra.size() == cells.size(), [&] {
+        return sluice::Error("fluid: the cost of " + std::to_string(extra.size()) +
+                             " layers of cells for a lattice of " + std::to_string(cells.size()) +
+                             " (needed: one of each).");
+    });
     std::vector<std::ptrdiff_t> filled;  // layers
-    for (std::size_t k = 0; k < cells.size(); ++k)
-        if (cells[k] > 0) filled.push_back(static_cast<std::ptrdiff_t>(k));
-    auto const layers = static_cast<std::ptrdiff_t>(filled.size());
-    sluice::require(count <= layers, [&] { return too_many(count, layers, axis); });
+    std::vector<double> cost;            // of those
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+        if (cells[k] == 0) continue;
+        filled.push_back(static_cast<std::ptrdiff_t>(k));
+        cost.push_back(static_cast<double>(cells[k]) + (extra.empty() ? 0.0 : extra[k]));
+    }
+    std::size_t const layers = filled.size();
+    sluice::require(static_cast<std::size_t>(count) <= layers,
+                    [&] { return too_many(count, static_cast<std::ptrdiff_t>(layers), axis); });
+    double const all = std::accumulate(cost.begin(), cost.end(), 0.0);
     cut_.push_back(0);
-    std::ptrdiff_t next = 0, below = 0;  // layer of `filled`; cells in those before
+    std::size_t next = 0;  // of `filled`
+    double below = 0;      // cost of those before
     for (int rank = 1; rank < count; ++rank) {
-        double const wanted = static_cast<double>(whole.stored()) * rank / count;
-        std::ptrdiff_t const last = layers - (count - rank);  // leaves one for each that follows
-        do below += cells[static_cast<std::size_t>(filled[static_cast<std::size_t>(next++)])];
-        while (next < last &&
-               static_cast<double>(below + cells[static_cast<std::size_t>(filled[static_cast<std::size_t>(next)])] /
-                                               2) < wanted);
-        cut_.push_back(filled[static_cast<std::size_t>(next)]);
+        double const wanted = all * rank / count;
+        std::size_t const last = layers - static_cast<std::size_t>(count - rank);  // leaves one for each that follows
+        do below += cost[next++];
+        while (next < last && below + cost[next] / 2 < wanted);
+        cut_.push_back(filled[next]);
     }
     cut_.push_back(whole.cells()[axis]);
 }
 
 template <int D>
-Domain<D>::Domain(Layout whole, ranks::Peers* peers)
-    : peers_(peers), whole_(std::move(whole)), slabs_(whole_, D - 1, peers ? peers->count() : 1)
+Domain<D>::Domain(Layout whole, ranks::Peers* peers, std::span<double const> extra)
+    : peers_(peers), whole_(std::move(whole)), slabs_(whole_, D - 1, peers ? peers->count() : 1, extra)
 {
     std::vector<Box> boxes;
     for (std::size_t b = 0; b < whole_.boxes().size(); ++b) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "coupler/base/error.hpp"
@@ -13,12 +14,13 @@
 namespace lbm {
 
 //! Layers of a lattice shared out among processes: rows of cells in the plane, planes in space. Each process has some
-//! that follow one another, with as many stored cells as the others, to a layer.
+//! that follow one another, which cost as much as the others', to a layer.
 class Slabs
 {
  public:
-    //! Across an axis. Throws sluice::Error (exit 2) if there are fewer layers with cells than processes.
-    Slabs(Layout const& whole, std::size_t axis, int count);
+    //! Across an axis. `extra`: what each layer costs beyond its stored cells, in cells; empty: nothing. Throws
+    //! sluice::Error (exit 2) if there are fewer layers with cells than processes, or `extra` is of another lattice.
+    Slabs(Layout const& whole, std::size_t axis, int count, std::span<double const> extra);
 
     int owner(std::ptrdiff_t layer) const noexcept
     {
@@ -43,13 +45,23 @@ struct SumPart
     std::array<double, K> sum;
 };
 
+//! Makes one part of those from `first` on, which are all of one sum: it is then here alone.
+template <std::size_t K>
+void join(std::vector<SumPart<K>>& parts, std::size_t first)
+{
+    if (parts.size() < first + 2) return;
+    for (std::size_t p = first + 1; p < parts.size(); ++p)
+        for (std::size_t k = 0; k < K; ++k) parts[first].sum[k] += parts[p].sum[k];
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(first) + 1, parts.end());
+}
+
 //! The part of a lattice that this process has: all of it, or a slab.
 template <int D>
 class Domain
 {
  public:
-    //! `peers`: the processes that share it; null: there is one. Throws as Slabs does.
-    Domain(Layout whole, ranks::Peers* peers);
+    //! `peers`: the processes that share it; null: there is one. `extra`: as Slabs takes it. Throws as Slabs does.
+    Domain(Layout whole, ranks::Peers* peers, std::span<double const> extra = {});
 
     Layout const& whole() const noexcept { return whole_; }
     Layout const& own() const noexcept { return own_ ? *own_ : whole_; }

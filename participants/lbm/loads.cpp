@@ -22,28 +22,21 @@ double virtual_mass(double radius, double viscosity)
 
 }  // namespace
 
-//! Of a body, or after the bodies a patch.
+//! Of a body that covers cells, or after these a patch.
 template <int D>
 void Solver<D>::add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const
 {
-    if (links_ && index < bodies_.size()) {
-        parts.push_back({index, 0, links_->impulses()[index]});
-        return;
-    }
-    std::size_t const covering = index - (links_ ? bodies_.size() : 0);
-    auto const [begin, end] = coverage_.of_body(covering);
-    double const centre = index < bodies_.size() ? bodies_[index].centre[D - 1]
-                                                 : coverage_.patches()[index - bodies_.size()].centre[D - 1];
+    std::size_t const bodies = covering().size();
+    auto const [begin, end] = coverage_.of_body(index);
+    double const centre =
+        index < bodies ? bodies_[index].centre[D - 1] : coverage_.patches()[index - bodies].centre[D - 1];
     std::size_t const first = parts.size();
     for (std::size_t k = begin; k < end; ++k) {
         auto const layer = static_cast<std::int64_t>(std::llround(coverage_.strips()[k].arm[D - 1] + centre - 0.5));
         if (parts.size() == first || parts.back().layer != layer) parts.push_back({index, layer, {}});
         for (std::size_t f = 0; f < freedoms; ++f) parts.back().sum[f] += strip_load_[k][f];
     }
-    if (!coverage_.has_all_of(covering) || parts.size() < first + 2) return;
-    for (std::size_t p = first + 1; p < parts.size(); ++p)
-        for (std::size_t f = 0; f < freedoms; ++f) parts[first].sum[f] += parts[p].sum[f];
-    parts.resize(first + 1);
+    if (coverage_.has_all_of(index)) join(parts, first);
 }
 
 //! What patches get through cells that are not stored.
@@ -72,11 +65,16 @@ void Solver<D>::add_rim_parts(std::size_t first, std::vector<SumPart<freedoms>>&
 template <int D>
 std::vector<typename Solver<D>::Motion> Solver<D>::exchanged() const
 {
-    std::size_t const solids = bodies_.size() + solid_exchange_.size();
+    std::size_t const patches = solid_exchange_.size(), solids = covering().size() + patches;
+    std::vector<Motion> sums;
+    if (links_) sums = links_->impulses();
+    if (solids == 0) return sums;
     std::vector<SumPart<freedoms>> parts;
     for (std::size_t i = 0; i < solids; ++i) add_parts(i, parts);
     if (!rim_load_.empty()) add_rim_parts(solids, parts);
-    return domain_.totals(parts, solids + solid_exchange_.size());
+    auto const of_covering = domain_.totals(parts, solids + patches);
+    sums.insert(sums.end(), of_covering.begin(), of_covering.end());
+    return sums;
 }
 
 //! Returns whether all loads are finite.
@@ -85,7 +83,7 @@ bool Solver<D>::sum_loads()
 {
     std::size_t const n = bodies_.size(), patches = solid_exchange_.size();
     double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
-    std::vector<Motion> const sums = n + patches > 0 ? exchanged() : std::vector<Motion>();
+    std::vector<Motion> const sums = exchanged();
     bool finite = true;
     for (std::size_t i = 0; i < n; ++i) {
         for (std::size_t f = 0; f < D; ++f) exchange_[D * i + f] = sums[i][f] * force_unit;
@@ -95,7 +93,7 @@ bool Solver<D>::sum_loads()
     find_loads();
     if (patches > 0) find_solid_loads(std::span(sums).subspan(n, patches), std::span(sums).subspan(n + patches));
     std::ptrdiff_t covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
-    for (std::size_t i = 0; links_ && i < n; ++i) covered += static_cast<std::ptrdiff_t>(links_->cells_in(i));
+    if (links_) covered += static_cast<std::ptrdiff_t>(links_->cells_here());
     share_.covered_cells = static_cast<double>(covered) / static_cast<double>(domain_.whole().stored());
     return finite;
 }
@@ -169,7 +167,7 @@ typename Solver<D>::Motion Solver<D>::relax(std::size_t body, Motion const& told
 template <int D>
 double Solver<D>::fluid_too_many(std::size_t body) const
 {
-    double const cells = links_ ? static_cast<double>(links_->cells_in(body)) : 0.0;
+    double const cells = links_ ? links_->cells_in(body) : 0.0;
     return displaced_[body].mass - cells * config_.units().mass_unit();
 }
 

@@ -75,7 +75,7 @@ Walls walls_lu(Config const& c, Relaxation const& relaxation, Domain<D> const& d
     return walls;
 }
 
-//! Solids finer than a cell and interpolated surfaces have arrays over the whole lattice: then all of it is stored.
+//! Solids finer than a cell and interpolated surfaces have arrays over whole layers: then all of it is stored.
 template <int D>
 Layout layout_of(Config const& c, std::vector<Patch<D>> const& patches, std::vector<Box> boxes)
 {
@@ -113,18 +113,16 @@ void require_shareable(Config const& config, int processes)
 {
     std::ptrdiff_t const layers = config.cells()[config.axes() - 1];
     require(processes <= layers, [&] { return too_many(processes, layers, config.axes() - 1); });
-    require(processes == 1 || config.surface != Surface::interpolated, [&] {
-        return Error("fluid: grains: interpolated with " + std::to_string(processes) +
-                     " processes (needed: one). Give ranks: 1, and threads.");
-    });
 }
 
 //! The solids' fractions are let go before the populations are allocated.
 template <int D>
-Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes, ranks::Peers* peers)
+Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes, ranks::Peers* peers,
+                  std::vector<double> extra)
     : config_(checked(config)),
+      extra_(std::move(extra)),
       relaxation_(relaxation(config_)),
-      domain_(layout_of(config_, patches, std::move(boxes)), peers),
+      domain_(layout_of(config_, patches, std::move(boxes)), peers, extra_),
       walls_(walls_lu<D>(config_, relaxation_, domain_, patches)),
       kernels_(kernels_of<D>(config_)),
       coverage_(domain_, walls_.periodic(), std::move(patches)),
@@ -141,7 +139,7 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
     list_still_rows();
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
     if (config_.phase) phase_.emplace(config_, domain_);
-    if (config_.surface == Surface::interpolated) links_.emplace(config_.cells(), walls_.periodic());
+    if (config_.surface == Surface::interpolated) links_.emplace(domain_, walls_.periodic());
     find_field();
 }
 

@@ -58,6 +58,8 @@ struct Share
 
 //! The configuration. Throws Error (exit 2) if find_issues() refuses it.
 Config const& checked(Config const& config);
+//! The extra cost of layers of the solver whose state was kept.
+std::vector<double> extra_of(sluice::State const& kept);
 //! Throws Error (exit 2) unless so many processes can share the lattice of such a run.
 void require_shareable(Config const& config, int processes);
 
@@ -69,12 +71,13 @@ class Solver
 {
  public:
     //! Throws Error (exit 2) if find_issues() refuses the configuration, or `peers`, who share the lattice, cannot.
-    explicit Solver(Config const& config, ranks::Peers* peers = nullptr)
-        : Solver(config, patches_of<D>(checked(config)), {}, peers)
+    //! `extra`: what each layer of the lattice costs beyond its cells, in cells (slab_cost.hpp), for how it is shared.
+    explicit Solver(Config const& config, ranks::Peers* peers = nullptr, std::vector<double> extra = {})
+        : Solver(config, patches_of<D>(checked(config)), {}, peers, std::move(extra))
     {}
     //! With solids at rest instead of those of the configuration. Without `boxes` those that hold fluid are stored.
     Solver(Config const& config, std::vector<Patch<D>> patches, std::vector<Box> boxes = {},
-           ranks::Peers* peers = nullptr);
+           ranks::Peers* peers = nullptr, std::vector<double> extra = {});
 
     double time_step() const noexcept { return config_.step; }                           //!< [s]
     double time() const noexcept { return static_cast<double>(steps_) * config_.step; }  //!< [s]
@@ -118,9 +121,10 @@ class Solver
     //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest; of the bodies
     //! `bodies/id`, `bodies/place` (Body, lattice units), `bodies/displaced`; of the bodies of the last step `last/id`,
     //! `last/velocity` [m/s, 1/s], `last/exchange` [N, N m], with light grains `last/load`; `populations/0` and so on,
-    //! shape [z][y][x], as doubles or, in single precision, floats as bytes: of a shared lattice those of this process.
+    //! shape [z][y][x], as doubles or, in single precision, floats as bytes: of a shared lattice those of this process,
+    //! and `layers/extra`, the cost by which it is shared, if there is any.
     void keep(sluice::State& kept);
-    //! Of a solver with the same configuration. Throws Error (exit 7) for a state of another lattice.
+    //! Of a solver with the same configuration and extra cost. Throws Error (exit 7) for a state of another lattice.
     void restore(sluice::State const& kept);
 
  private:
@@ -193,6 +197,7 @@ class Solver
     };
 
     Config config_;
+    std::vector<double> extra_;  //!< cost of the layers of a shared lattice
     Relaxation relaxation_;
     std::array<double, 3> acceleration_{};  //!< uniform, of the coming step [m/s2]
     //! In a frame that turns, for the coming step: a = acceleration + field (x - point) - 2 w x u.

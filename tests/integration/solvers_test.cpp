@@ -233,8 +233,18 @@ TEST_CASE("water of several processes leaves the bytes of one, whatever the grai
     compare("immersed_column.yaml", small(), {{two}, {three}, {two, grains}, {two, grains, "transport=mpi"}}, "water");
     compare("immersed_column.yaml", small({"participants.water.config.precision=single", "output.coarsen=3"}),
             {{three}}, "water");
+    auto crowd = small();
+    for (auto const setting :
+         {"time.end=0.001", "output.series=0.0002", "participants.water.config.grains=interpolated"})
+        crowd.emplace_back(setting);
+    compare("immersed_column.yaml", crowd, {{three, grains}}, "water");
     std::vector<std::string> const brief{"time.end=0.02", "output.interval=0.01", "output.series=0.002"};
     compare("settling_sphere.yaml", brief, {{ranks("oil", 2)}, {ranks("oil", 3)}}, "oil");
+    compare("rising_sphere.yaml",
+            {"time.end=0.01", "output.interval=0.005", "output.series=0.001",
+             "participants.oil.config.domain.size=[0.024, 0.024, 0.03]",
+             "participants.sphere.config.grains=[{position: [0.012, 0.012, 0.015], radius: 0.004}]"},
+            {{ranks("oil", 2)}, {ranks("oil", 3)}}, "oil");
     compare("channel_cylinder.yaml", brief, {{ranks("fluid", 2)}, {ranks("fluid", 3)}}, "fluid");
     compare("submerged_column.yaml", {"time.end=0.002", "output.interval=0.001", "output.series=0.001"},
             {{ranks("liquid", 3)}}, "liquid");
@@ -286,8 +296,6 @@ TEST_CASE("several processes: what cannot be shared is refused, with the reason,
     refused(
         {"participants.grains.ranks=1", "participants.water.ranks=2", "on-death=restart", "checkpoint={windows: 10}"},
         "water: on-death: restart with 2 processes that are coupled");
-    refused({"participants.water.ranks=2", "participants.water.config.grains=interpolated"},
-            "grains: interpolated with 2 processes");
     refused({"participants.water.ranks=101", "participants.water.config.domain.size=[0.35, 0.01]"},
             "101 processes for a lattice of 100 layers of cells along y");
 }

@@ -1,14 +1,18 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <string>
 #include <vector>
 
 #include "coupler/base/error.hpp"
+#include "participants/lbm/slab_cost.hpp"
 #include "participants/lbm/solver.hpp"
 #include "tests/participants/lbm/bent_channel.hpp"
 #include "tests/participants/lbm/unit_config.hpp"
+#include "tests/support/close_to.hpp"
 #include "tests/support/contains.hpp"
 #include "tests/support/thread_peers.hpp"
 
@@ -32,18 +36,18 @@ lbm::Solid ball(std::array<double, 3> const& centre, double radius)
     return solid;
 }
 
-//! Bodies that move across the lattice, in all directions, some across its sides; from step 5 on there is one more,
-//! which comes first.
+//! Bodies that move across the lattice, in all directions, some across its sides; from step 5 to 24 there is one
+//! more, which comes first.
 template <int D>
 struct Bodies
 {
     std::vector<double> position, velocity, spin, radius;
     std::vector<std::uint64_t> id;
 
-    Bodies(lbm::Config const& c, int step)
+    Bodies(lbm::Config const& c, double size, int step)
     {
         constexpr std::size_t most = 4;
-        for (std::size_t i = step < 5 ? 1 : 0; i < most; ++i) {
+        for (std::size_t i = step < 5 || step > 24 ? 1 : 0; i < most; ++i) {
             for (std::size_t k = 0; k < D; ++k) {
                 double const v = 0.03 * std::cos(1.7 * static_cast<double>(i) + 2.1 * static_cast<double>(k));
                 double const start = c.size[k] * (0.04 + 0.3 * static_cast<double>(i));
@@ -51,10 +55,11 @@ struct Bodies
                 velocity.push_back(v);
             }
             for (std::size_t k = 0; k < lbm::spins<D>; ++k) spin.push_back(0.002 * static_cast<double>(i + k));
-            radius.push_back(1.6 + 0.4 * static_cast<double>(i));
+            radius.push_back(size * (1.6 + 0.4 * static_cast<double>(i)));
             id.push_back(7 * (most - i));
         }
     }
+    lbm::BodiesView view() const { return {position, velocity, spin, radius, id}; }
 };
 
 //! Points of a bed that sinks through the lattice, in its middle and across its lowest side.
@@ -117,7 +122,7 @@ struct Scene
 {
     std::string what;
     lbm::Config config;
-    bool bodies = true;
+    double bodies = 1;  //!< their size; 0: there are none
 };
 
 template <int D>
@@ -127,9 +132,9 @@ void run(lbm::Solver<D>& solver, Scene const& scene, int from, int to, bool firs
         trace.insert(trace.end(), numbers.begin(), numbers.end());
     };
     for (int k = from; k < to; ++k) {
-        if (scene.bodies) {
-            Bodies<D> const bodies(scene.config, k);
-            solver.set_bodies({bodies.position, bodies.velocity, bodies.spin, bodies.radius, bodies.id});
+        if (scene.bodies > 0) {
+            Bodies<D> const bodies(scene.config, scene.bodies, k);
+            solver.set_bodies(bodies.view());
         }
         if (scene.config.phase && k % window == 0) {
             Points<D> const points(scene.config, k);
@@ -141,6 +146,7 @@ void run(lbm::Solver<D>& solver, Scene const& scene, int from, int to, bool firs
         add(solver.loads().torque);
         add(solver.solid_loads().force);
         add(solver.solid_loads().torque);
+        add(solver.taken_along());
         if (k % 9 == 4) look(solver, first, trace);
     }
 }
@@ -176,8 +182,13 @@ Trace shared(Scene const& scene, int processes)
         bool const first = peers.rank() == 0;
         Trace mine, dropped;
         sluice::State kept, later;
+        std::vector<double> extra;
+        if (scene.bodies > 0) {
+            Bodies<D> const bodies(scene.config, scene.bodies, 0);
+            extra = lbm::cost_of_bodies<D>(scene.config, bodies.view());
+        }
         {
-            lbm::Solver<D> solver(scene.config, &peers);
+            lbm::Solver<D> solver(scene.config, &peers, extra);
             set_flow(solver);
             run(solver, scene, 0, middle, first, mine);
             solver.keep(kept);
@@ -186,7 +197,7 @@ Trace shared(Scene const& scene, int processes)
             run(solver, scene, middle, middle + window, first, mine);
             solver.keep(later);
         }
-        lbm::Solver<D> solver(scene.config, &peers);
+        lbm::Solver<D> solver(scene.config, &peers, lbm::extra_of(later));
         solver.restore(later);
         run(solver, scene, middle + window, steps, first, mine);
         if (first) trace = mine;
@@ -206,11 +217,18 @@ std::vector<Scene> plane_scenes()
     scenes.push_back({"periodic, in floats", periodic});
     periodic.surface = lbm::Surface::forced;
     scenes.push_back({"the same, forced", periodic});
+    periodic.surface = lbm::Surface::interpolated;
+    periodic.lightest_grain = 0.2;
+    scenes.push_back({"the same, interpolated and light", periodic});
+    box.surface = lbm::Surface::interpolated;
+    scenes.push_back({"closed box, interpolated, in a crowd", box, 2.4});
     auto channel = config<2>({40, 22, 0});
     channel.walls[lbm::left] = {.kind = lbm::Border::inflow, .velocity = {0.05, 0, 0}, .parabola = true};
     channel.walls[lbm::right] = {.kind = lbm::Border::pressure, .absorbing = true};
     channel.solids = {ball({15, 9, 0}, 4)};
     scenes.push_back({"channel", channel});
+    channel.surface = lbm::Surface::interpolated;
+    scenes.push_back({"channel, interpolated", channel});
     auto shaft = config<2>({20, 30, 0});
     shaft.walls[lbm::left].kind = lbm::Border::slip;
     shaft.walls[lbm::lower_y] = {.kind = lbm::Border::inflow, .velocity = {0, 0.05, 0}};
@@ -243,6 +261,12 @@ std::vector<Scene> scenes_in_space()
     scenes.push_back({"periodic", periodic});
     periodic.surface = lbm::Surface::forced;
     scenes.push_back({"the same, forced", periodic});
+    periodic.surface = lbm::Surface::interpolated;
+    scenes.push_back({"the same, interpolated, in a crowd", periodic, 1.6});
+    periodic.set_periodic(2, false);
+    periodic.precision = lbm::Precision::float32;
+    periodic.lightest_grain = 0.2;
+    scenes.push_back({"between walls, in floats, interpolated and light", periodic});
     auto duct = config<3>({12, 14, 18});
     duct.walls[lbm::lower_z] = {.kind = lbm::Border::inflow, .velocity = {0, 0, 0.04}, .parabola = true};
     duct.walls[lbm::upper_z] = {.kind = lbm::Border::pressure};
@@ -256,7 +280,7 @@ std::vector<Scene> scenes_in_space()
     auto bed = config<3>({10, 8, 18});
     bed.phase = lbm::PhaseConfig{.law = lbm::Drag::di_felice, .diameter = 0.3, .solid_density = 2.65};
     bed.precision = lbm::Precision::float32;
-    scenes.push_back({"bed", bed, false});
+    scenes.push_back({"bed", bed, 0});
     return scenes;
 }
 
@@ -287,6 +311,50 @@ TEST_CASE("ranks: a lattice in space that processes share gives the bits of one"
     check<3>(scenes_in_space(), {2, 3, 7});
 }
 
+TEST_CASE("ranks: slabs weigh layers by what bodies in them cost")
+{
+    auto c = config<2>({20, 40, 0});
+    std::vector<double> const position{10, 6, 10, 14}, none(4), spin(2), radius{4, 4};
+    lbm::BodiesView const bodies{position, none, spin, radius, {}};
+    auto const cost = lbm::cost_of_bodies<2>(c, bodies);
+    REQUIRE(cost.size() == 40);
+    auto const sum = [&](std::size_t begin, std::size_t end) {
+        return std::accumulate(cost.begin() + static_cast<std::ptrdiff_t>(begin),
+                               cost.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+    };
+    CHECK(sum(2, 10) == close_to(sum(10, 18)).epsilon(1e-12));
+    CHECK(sum(0, 2) + sum(18, 40) == 0);
+    // discs of 50 cells cost several times as much as so many of fluid; chords at half cells: an area within 5 %
+    CHECK(sum(0, 40) > 2 * 50 * 2 * 0.95);
+    lbm::Layout const whole(c.cells());
+    lbm::Slabs const plain(whole, 1, 2, {}), weighed(whole, 1, 2, cost);
+    CHECK(plain.begin(1) == 20);
+    auto const work = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        return 20.0 * static_cast<double>(end - begin) +
+               sum(static_cast<std::size_t>(begin), static_cast<std::size_t>(end));
+    };
+    double const largest = *std::max_element(cost.begin(), cost.end()) + 20;
+    CHECK(std::abs(work(0, weighed.begin(1)) - work(weighed.begin(1), 40)) <= largest);
+    c.set_periodic(1);
+    std::vector<double> const at_side{10, 0.5}, one_spin(1), one_radius{4};
+    auto const across = lbm::cost_of_bodies<2>(c, {at_side, std::span(none).first(2), one_spin, one_radius, {}});
+    CHECK(across[39] == close_to(across[1]).epsilon(1e-12));
+    CHECK(across[39] > 0);
+}
+
+TEST_CASE("ranks: a state of a lattice that was shared out otherwise is refused")
+{
+    unit::on_processes(2, [](ranks::Peers& peers) {
+        auto const c = config<2>({9, 12, 0});
+        sluice::State kept;
+        lbm::Solver<2> plain(c, &peers);
+        lbm::Solver<2>(c, &peers, std::vector<double>(12, 1.0)).keep(kept);
+        CHECK_THROWS_WITH_AS(plain.restore(kept), doctest::Contains("shared out otherwise"), sluice::Error);
+        CHECK_THROWS_WITH_AS(lbm::Solver<2>(c, &peers, std::vector<double>(11)),
+                             doctest::Contains("the cost of 11 layers of cells for a lattice of 12"), sluice::Error);
+    });
+}
+
 TEST_CASE("ranks: what processes cannot share is refused")
 {
     auto const refused = [](lbm::Config const& c, int processes) {
@@ -301,7 +369,4 @@ TEST_CASE("ranks: what processes cannot share is refused")
     auto c = config<2>({9, 6, 0});
     CHECK(refused(c, 6).empty());
     CHECK(contains(refused(c, 7), "7 processes for a lattice of 6 layers of cells along y"));
-    auto surfaces = c;
-    surfaces.surface = lbm::Surface::interpolated;
-    CHECK(contains(refused(surfaces, 2), "grains: interpolated with 2 processes"));
 }
