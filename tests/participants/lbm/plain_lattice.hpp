@@ -153,8 +153,10 @@ class PlainLattice
         Moments change;
         for (std::size_t k = 0; k < 9; ++k) change[k] = source[k] - s[k] * d[k];
         Moments const norm = {9, 36, 36, 6, 12, 6, 12, 4, 4};
-        for (std::size_t q = 0; q < 9; ++q)
-            for (std::size_t k = 0; k < 9; ++k) f[q] += basis(q)[k] * change[k] / norm[k];
+        for (std::size_t q = 0; q < 9; ++q) {
+            Moments const b = basis(q);
+            for (std::size_t k = 0; k < 9; ++k) f[q] += b[k] * change[k] / norm[k];
+        }
     }
 
     //! From a disc's centre to the cell's, the nearest image.

@@ -47,6 +47,12 @@ class PlainSpace
     using L = lbm::Lattice<3>;
     using Cell = std::array<std::ptrdiff_t, 3>;
     using Values = std::array<double, L::directions>;
+    struct Moment
+    {
+        int kind;  //!< of its rate; 0: conserved
+        Values values;
+        double square;  //!< product with itself
+    };
 
     static std::vector<lbm::Strip<3>> all_strips(std::size_t spheres, lbm::Coverage<3> const& coverage)
     {
@@ -69,7 +75,7 @@ class PlainSpace
         {
             int x, y, z;
         };
-        std::vector<std::pair<Power, double>> const powers = {
+        std::vector<std::pair<Power, int>> const powers = {
             {{0, 0, 0}, 0},     {{1, 0, 0}, 0},      {{0, 1, 0}, 0},       {{0, 0, 1}, 0},     {{1, 1, 0}, shear},
             {{1, 0, 1}, shear}, {{0, 1, 1}, shear},  {{-2, 0, 0}, energy}, {{2, 0, 0}, shear}, {{0, 2, 0}, shear},
             {{2, 1, 0}, flux},  {{2, 0, 1}, flux},   {{1, 2, 0}, flux},    {{0, 2, 1}, flux},  {{1, 0, 2}, flux},
@@ -81,11 +87,11 @@ class PlainSpace
                 v[q] = power.x < 0 ? dot(c, c)
                                    : std::pow(c[0], power.x) * std::pow(c[1], power.y) * std::pow(c[2], power.z);
             }
-            for (auto const& [kind_before, before] : moments_) {
-                double const share = product(v, before) / product(before, before);
-                for (std::size_t q = 0; q < v.size(); ++q) v[q] -= share * before[q];
+            for (Moment const& m : moments_) {
+                double const share = product(v, m.values) / m.square;
+                for (std::size_t q = 0; q < v.size(); ++q) v[q] -= share * m.values[q];
             }
-            moments_.emplace_back(kind, v);
+            moments_.push_back({kind, v, product(v, v)});
         }
     }
     static double dot(std::array<int, 3> const& a, std::array<int, 3> const& b)
@@ -162,13 +168,12 @@ class PlainSpace
             r = 1 / (0.5 + (1 / r - 0.5) * (odd ? open : 1 / open));
         }
         Values change{};
-        for (auto const& [kind, moment] : moments_) {
+        for (auto const& [kind, moment, square_of_moment] : moments_) {
             if (kind == 0) continue;
             double m = 0;
             for (std::size_t q = 0; q < apart.size(); ++q) m += moment[q] * apart[q];
-            for (std::size_t q = 0; q < apart.size(); ++q)
-                change[q] -=
-                    rate[static_cast<std::size_t>(kind) - 1] * L::weight[q] * moment[q] * m / product(moment, moment);
+            double const by_rate = rate[static_cast<std::size_t>(kind) - 1] * m / square_of_moment;
+            for (std::size_t q = 0; q < apart.size(); ++q) change[q] -= L::weight[q] * moment[q] * by_rate;
         }
         return change;
     }
@@ -260,7 +265,7 @@ class PlainSpace
     lbm::Config config_;
     lbm::Relaxation rates_;
     Cell n_;
-    std::vector<std::pair<int, Values>> moments_;  //!< rate (0: conserved) and values
+    std::vector<Moment> moments_;
     std::vector<double> now_, next_;
     std::vector<std::array<double, 6>> loads_;
 };

@@ -41,7 +41,7 @@ TEST_CASE("C02: a sphere settles in a box, ten Cate's E1, E3 and E4, d = 6 cells
     check_settling(e4, 6, 0.02);  // interpolated bounce-back with 6 cells: -2.3 %
 }
 
-TEST_CASE("C02: the same, d = 9 cells, and E4 with 12")
+TEST_CASE("C02: the same, d = 9 cells, and E4 with 12" * doctest::skip())
 {
     check_settling(e1, 9, e1_mark);
     check_settling(e3, 9, e3_mark);
