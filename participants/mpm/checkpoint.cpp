@@ -51,12 +51,20 @@ void require_usable(Solver<D> const& solver, State<D> const& state)
     }
 }
 
+//! What the first process has kept.
+sluice::State known_to_all(ranks::Peers* peers, sluice::State const& own)
+{
+    if (!peers) return own;
+    return sluice::State::decode(ranks::from_first(*peers, own.encode()), "the first process's checkpoint");
+}
+
 }  // namespace
 
 template <int D>
 void keep(Solver<D> const& solver, sluice::State& kept)
 {
     State<D> state = solver.state();
+    if (solver.peers() && solver.peers()->rank() > 0) return;
     std::vector<std::int64_t> ids;
     for (Point<D> const& p : state.points) ids.push_back(p.id);
     kept.put("points/id", std::span<std::int64_t const>(ids));
@@ -78,8 +86,9 @@ void keep(Solver<D> const& solver, sluice::State& kept)
 }
 
 template <int D>
-void restore(Solver<D>& solver, sluice::State const& kept)
+void restore(Solver<D>& solver, sluice::State const& own)
 {
+    auto const kept = known_to_all(solver.peers(), own);
     State<D> state;
     auto const ids = kept.integers("points/id", solver.state().points.size());
     state.points.resize(ids.size());

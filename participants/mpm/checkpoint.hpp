@@ -5,7 +5,8 @@
 
 namespace mpm {
 
-//! Puts the whole state of a run into `kept`, as named arrays: a solver restored from it continues bit for bit.
+//! Puts the whole state of a run into `kept`, as named arrays: a solver restored from it continues bit for bit. Of
+//! several processes, all of which call both, the first keeps everything, for any number of them.
 template <int D>
 void keep(Solver<D> const& solver, sluice::State& kept);
 

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <climits>
 #include <cstddef>
+#include <span>
 
 namespace mpm {
 
@@ -35,6 +38,50 @@ struct NodeBox
         }
         return node;
     }
+    bool empty() const
+    {
+        return std::ranges::any_of(count, [](int n) { return n <= 0; });
+    }
+    bool has(std::array<int, D> const& node) const
+    {
+        for (std::size_t a = 0; a < D; ++a)
+            if (node[a] < first[a] || node[a] >= first[a] + count[a]) return false;
+        return true;
+    }
+    NodeBox moved(std::array<int, D> const& way) const
+    {
+        NodeBox box = *this;
+        for (std::size_t a = 0; a < D; ++a) box.first[a] += way[a];
+        return box;
+    }
 };
+
+//! What two boxes have in common; may be empty.
+template <int D>
+NodeBox<D> common(NodeBox<D> const& one, NodeBox<D> const& other)
+{
+    NodeBox<D> both;
+    for (std::size_t a = 0; a < D; ++a) {
+        both.first[a] = std::max(one.first[a], other.first[a]);
+        both.count[a] = std::min(one.first[a] + one.count[a], other.first[a] + other.count[a]) - both.first[a];
+    }
+    return both;
+}
+
+//! The smallest box around those that are not empty; empty if there is none.
+template <int D>
+NodeBox<D> around(std::span<NodeBox<D> const> boxes)
+{
+    std::array<int, D> low, high;
+    low.fill(INT_MAX), high.fill(INT_MIN);
+    for (NodeBox<D> const& box : boxes)
+        for (std::size_t a = 0; a < D && !box.empty(); ++a) {
+            low[a] = std::min(low[a], box.first[a]);
+            high[a] = std::max(high[a], box.first[a] + box.count[a]);
+        }
+    NodeBox<D> all;
+    for (std::size_t a = 0; a < D && low[a] < high[a]; ++a) all.first[a] = low[a], all.count[a] = high[a] - low[a];
+    return all;
+}
 
 }  // namespace mpm

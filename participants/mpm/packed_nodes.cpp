@@ -42,11 +42,18 @@ template <int D>
 typename PackedNodes<D>::Sums PackedNodes<D>::sums() const
 {
     Sums all;
-    for (Slice const& s : slices_) {
-        all.damped += s.sums.damped, all.sliding += s.sums.sliding, all.external += s.sums.external;
-        all.light += s.sums.light, all.reached += s.sums.reached;
-    }
+    for (Slice const& s : slices_) all.add(s.sums);
     return all;
+}
+
+template <int D>
+bool PackedNodes<D>::is_first(std::array<int, D> const& index) const
+{
+    for (std::size_t a = 0; a < D; ++a)
+        if (period_[a] > 0 && index[a] - period_[a] >= planes_.first[a]) return false;
+    return std::ranges::none_of(left_out_, [&](NodeBox<D> const& box) {
+        return std::ranges::any_of(rounds_, [&](auto const& round) { return box.moved(round).has(index); });
+    });
 }
 
 template <int D>
@@ -104,12 +111,12 @@ template <int D>
 void PackedNodes<D>::book_loads(std::size_t slice, Setup<D> const& setup, double dt)
 {
     double const undamped = std::exp(setup.damping * dt);
-    double work = 0;
-    for (std::size_t a = 0; a < D; ++a)
-        for (std::size_t i = slices_[slice].begin; i < slices_[slice].end; ++i)
-            if (is_first(i))
-                work += planes_[T::again + a][i] * (planes_[T::before + a][i] + undamped * planes_[T::velocity + a][i]);
-    slices_[slice].sums.external += 0.5 * dt * work;
+    Slice& own = slices_[slice];
+    for (std::size_t i = own.begin; i < own.end; ++i) {
+        if (planes_[T::mass][i] <= 0 || !counts(i)) continue;
+        Vec<D> const speeds = vector_at(T::before, i) + undamped * vector_at(T::velocity, i);
+        own.sums.external.add(0.5 * dt * vector_at(T::again, i).dot(speeds));
+    }
 }
 
 template <int D>
@@ -134,26 +141,32 @@ void PackedNodes<D>::move(std::size_t slice, Setup<D> const& setup, Field<D> con
         } else {
             v = before + dt * (v + gravity);
         }
-        bool const counts = is_first(i);
+        bool const counted = counts(i);
         v *= kept;
         set(T::before, i, before), set(T::velocity, i, v), set(T::change, i, v - before);
-        light += counts && m < least;
-        reached += counts;
+        light += counted && m < least;
+        reached += counted;
     }
     own.sums.light = light;
     own.sums.reached = reached;
 }
 
 template <int D>
-void PackedNodes<D>::touch(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains, Booked& booked)
+void PackedNodes<D>::show(std::span<TouchedNode<D>> touched) const
 {
-    for (TouchedNode<D>& node : grains.nodes()) {
+    for (TouchedNode<D>& node : touched) {
+        if (!planes_.has(node.index)) continue;
         std::size_t const i = planes_.at(node.index);
         node.mass = planes_[T::mass][i];
         node.before = vector_at(T::before, i), node.velocity = vector_at(T::velocity, i);
     }
-    grains.solve(setup, time, dt, booked);
-    for (TouchedNode<D> const& node : grains.nodes()) {
+}
+
+template <int D>
+void PackedNodes<D>::take(std::span<TouchedNode<D> const> touched)
+{
+    for (TouchedNode<D> const& node : touched) {
+        if (!planes_.has(node.index)) continue;
         std::size_t const i = planes_.at(node.index);
         set(T::velocity, i, node.velocity), set(T::change, i, node.velocity - node.before);
     }
@@ -182,17 +195,16 @@ void PackedNodes<D>::hold(std::size_t slice, Setup<D> const& setup, double time,
                 if (planes_[T::mass][i] > 0) hold_node(i, wall, own);
         }
     }
-    if (setup.damping > 0) own.sums.damped = 0.5 * std::expm1(2 * setup.damping * dt) * twice_kinetic(own);
+    if (setup.damping > 0) book_damping(own, 0.5 * std::expm1(2 * setup.damping * dt));
 }
 
+//! `share`: of mass x the square of what is left of the velocity.
 template <int D>
-double PackedNodes<D>::twice_kinetic(Slice const& slice) const
+void PackedNodes<D>::book_damping(Slice& slice, double share) const
 {
-    double sum = 0;
     for (std::size_t i = slice.begin; i < slice.end; ++i)
-        if (planes_[T::mass][i] > 0 && is_first(i))
-            sum += planes_[T::mass][i] * vector_at(T::velocity, i).squaredNorm();
-    return sum;
+        if (planes_[T::mass][i] > 0 && counts(i))
+            slice.sums.damped.add(share * planes_[T::mass][i] * vector_at(T::velocity, i).squaredNorm());
 }
 
 template <int D>
@@ -204,10 +216,10 @@ void PackedNodes<D>::hold_node(std::size_t i, Wall const& wall, Slice& slice)
     if (grip == Grip::none) return;
     slice.gripped.push_back({i, wall.axis, grip});
     set(T::velocity, i, v), set(T::change, i, v - before);
-    if (wall.kind != WallKind::rough || !is_first(i)) return;
+    if (wall.kind != WallKind::rough || !counts(i)) return;
     rubbed -= v;
     rubbed[wall.axis] = 0;
-    slice.sums.sliding += 0.5 * planes_[T::mass][i] * rubbed.dot(before + v);
+    slice.sums.sliding.add(0.5 * planes_[T::mass][i] * rubbed.dot(before + v));
 }
 
 template <int D>

@@ -2,30 +2,42 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "participants/mpm/exact_sum.hpp"
 #include "participants/mpm/grains.hpp"
 #include "participants/mpm/packed_passes.hpp"
 
 namespace mpm {
 
 //! What chunks gave, on all nodes, and what becomes of these; the same equations as Solver's own. Nodes lie in slices
-//! across the last axis: what is done to a slice needs no other, and sums run over the slices in their order.
+//! across the last axis: what is done to a slice needs no other.
 template <int D>
 class PackedNodes
 {
  public:
-    //! Of a slice, or of all.
+    //! Of a slice, of all, or of all that several processes have.
     struct Sums
     {
-        double damped = 0, sliding = 0, external = 0;  //!< energy taken, work done [J]; plane: per metre
-        std::int64_t light = 0, reached = 0;           //!< nodes
+        ExactSum damped, sliding, external;   //!< energy taken, work done [J]; plane: per metre
+        std::int64_t light = 0, reached = 0;  //!< nodes
+
+        void add(Sums const& other)
+        {
+            damped.add(other.damped), sliding.add(other.sliding), external.add(other.external);
+            light += other.light, reached += other.reached;
+        }
     };
 
     //! A box of nodes. What is on them is not defined until a slice is worked on. Across joined sides nodes a domain
     //! apart are one: each of them has all that is given to any, so that points need not go round.
     void lay_out(Planes<D> const& box, Setup<D> const& setup);
+    //! Sums leave out nodes that lie in these boxes, too: others have counted them.
+    void leave_out(std::vector<NodeBox<D>> boxes) { left_out_ = std::move(boxes); }
     Planes<D> const& planes() const { return planes_; }
+    //! Ways to the nodes that are the same, none included, in the order in which they are added.
+    std::span<std::array<int, D> const> rounds() const { return rounds_; }
     std::size_t slices() const { return slices_.size(); }
     Sums sums() const;
 
@@ -38,7 +50,9 @@ class PackedNodes
     void move(std::size_t slice, Setup<D> const& setup, Field<D> const& field, double dt);
     //! Work of the loads, after move().
     void book_loads(std::size_t slice, Setup<D> const& setup, double dt);
-    void touch(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains, Booked& booked);
+    //! Fills in what contacts have to know of their nodes, and takes over what they made of them; of those here.
+    void show(std::span<TouchedNode<D>> touched) const;
+    void take(std::span<TouchedNode<D> const> touched);
     void hold(std::size_t slice, Setup<D> const& setup, double time, double dt);
     //! Of the second momentum; a light node has no other.
     void set_strain_velocities(std::size_t slice);
@@ -71,21 +85,19 @@ class PackedNodes
         for (int a = 0; a < D; ++a) planes_[plane + static_cast<std::size_t>(a)][node] = v[a];
     }
     void hold_node(std::size_t node, Wall const& wall, Slice& slice);
-    double twice_kinetic(Slice const& slice) const;
+    void book_damping(Slice& slice, double share) const;
     void add_box(int line, Planes<D> const& box, std::array<int, D> const& round, std::size_t from, std::size_t count);
-    //! Whether no other node is the same one and comes before; sums take one.
-    bool is_first(std::size_t node) const
+    //! Whether no other node is the same one and comes before, here or with others; sums take one.
+    bool counts(std::size_t node) const
     {
-        if (rounds_.size() == 1) return true;
-        auto const index = planes_.index(node);
-        for (std::size_t a = 0; a < D; ++a)
-            if (period_[a] > 0 && index[a] - period_[a] >= planes_.first[a]) return false;
-        return true;
+        return (rounds_.size() == 1 && left_out_.empty()) || is_first(planes_.index(node));
     }
+    bool is_first(std::array<int, D> const& index) const;
 
     Planes<D> planes_;
-    std::array<int, D> period_{};             //!< of joined sides, in nodes; 0: none
-    std::vector<std::array<int, D>> rounds_;  //!< ways to the nodes that are the same, none included, in their order
+    std::array<int, D> period_{};  //!< of joined sides, in nodes; 0: none
+    std::vector<std::array<int, D>> rounds_;
+    std::vector<NodeBox<D>> left_out_;
     std::vector<double> numbers_;
     std::vector<Slice> slices_;
 };

@@ -30,24 +30,30 @@ void each_number(P& p, Each&& each)
 }  // namespace
 
 template <int D>
-void PackedPoints<D>::take(State<D> const& state)
+void PackedPoints<D>::resize(std::size_t count)
 {
-    std::size_t const n = state.points.size(), filled = (n + 3) / 4 * 4;
-    order_ = state.order;
-    if (order_.size() != n) {
-        order_.resize(n);
-        std::iota(order_.begin(), order_.end(), 0);
-    }
-    for (auto& column : column_) column.assign(filled, 0.0);
-    for (std::size_t k = 0; k < n; ++k)
+    order_.resize(count);
+    for (auto& column : column_) column.assign((count + 3) / 4 * 4, 0.0);
+}
+
+template <int D>
+void PackedPoints<D>::take(State<D> const& state, std::size_t begin, std::size_t end)
+{
+    resize(end - begin);
+    if (state.order.size() == state.points.size())
+        std::copy_n(state.order.begin() + static_cast<std::ptrdiff_t>(begin), end - begin, order_.begin());
+    else
+        std::iota(order_.begin(), order_.end(), static_cast<std::int32_t>(begin));
+    for (std::size_t k = 0; k < order_.size(); ++k)
         each_number<D>(state.points[static_cast<std::size_t>(order_[k])],
                        [&](std::size_t c, double value) { column_[c][k] = value; });
 }
 
 template <int D>
-void PackedPoints<D>::give(State<D>& state, bool slopes) const
+void PackedPoints<D>::give(State<D>& state, std::size_t begin, bool slopes) const
 {
-    state.order = order_;
+    state.order.resize(state.points.size());
+    std::copy(order_.begin(), order_.end(), state.order.begin() + static_cast<std::ptrdiff_t>(begin));
     for (std::size_t k = 0; k < order_.size(); ++k) {
         Point<D>& p = state.points[static_cast<std::size_t>(order_[k])];
         each_number<D>(p, [&](std::size_t c, double& value) { value = column_[c][k]; });
@@ -55,6 +61,20 @@ void PackedPoints<D>::give(State<D>& state, bool slopes) const
             for (int j = 0; j < i; ++j) p.matter.stress(i, j) = p.matter.stress(j, i);
         if (!slopes) p.slope.setZero();
     }
+}
+
+template <int D>
+void PackedPoints<D>::add_row(std::size_t k, std::vector<double>& rows) const
+{
+    rows.push_back(order_[k]);
+    for (std::size_t c = 0; c < C::kept; ++c) rows.push_back(column_[c][k]);
+}
+
+template <int D>
+void PackedPoints<D>::set_row(std::size_t k, double const* numbers)
+{
+    order_[k] = static_cast<std::int32_t>(numbers[0]);
+    for (std::size_t c = 0; c < C::kept; ++c) column_[c][k] = numbers[1 + c];
 }
 
 template <int D>
@@ -71,16 +91,12 @@ void PackedPoints<D>::place_fillers()
 }
 
 template <int D>
-void PackedPoints<D>::sort(std::span<std::uint32_t const> keys, std::size_t key_count)
+void PackedPoints<D>::move(std::span<std::uint32_t const> to)
 {
-    std::vector<std::uint32_t> next(key_count + 1, 0), to(keys.size());
-    for (std::uint32_t const key : keys) ++next[key + 1];
-    for (std::size_t k = 1; k <= key_count; ++k) next[k] += next[k - 1];
-    for (std::size_t k = 0; k < keys.size(); ++k) to[k] = next[keys[k]]++;
-    std::vector<double> sorted(column_[C::place].size(), 0.0);
+    std::vector<double> moved(column_[C::place].size(), 0.0);
     for (std::size_t c = 0; c < C::kept; ++c) {
-        for (std::size_t k = 0; k < to.size(); ++k) sorted[to[k]] = column_[c][k];
-        column_[c].swap(sorted);
+        for (std::size_t k = 0; k < to.size(); ++k) moved[to[k]] = column_[c][k];
+        column_[c].swap(moved);
     }
     std::vector<std::int32_t> order(order_.size());
     for (std::size_t k = 0; k < to.size(); ++k) order[to[k]] = order_[k];

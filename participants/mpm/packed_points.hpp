@@ -44,11 +44,17 @@ class PackedPoints
  public:
     using C = PackedColumns<D>;
 
-    void take(State<D> const& state);
-    //! Back to where they came from. With `slopes`, or zero.
-    void give(State<D>& state, bool slopes) const;
-    //! Puts the points in the order of their keys; equal keys keep theirs.
-    void sort(std::span<std::uint32_t const> keys, std::size_t key_count);
+    static constexpr std::size_t row = C::kept + 1;  //!< numbers of a point: where it is in the state, and what it has
+
+    explicit PackedPoints(std::size_t count = 0) { resize(count); }
+    //! Those from a place of the state's order to another.
+    void take(State<D> const& state, std::size_t begin, std::size_t end);
+    //! Back to where they came from; `begin`: place of the first in the order. With `slopes`, or zero.
+    void give(State<D>& state, std::size_t begin, bool slopes) const;
+    //! Each to another place.
+    void move(std::span<std::uint32_t const> to);
+    void add_row(std::size_t k, std::vector<double>& rows) const;
+    void set_row(std::size_t k, double const* numbers);
     //! Points that only fill a pack go where the last one is.
     void place_fillers();
 
@@ -97,6 +103,8 @@ class PackedPoints
     }
 
  private:
+    void resize(std::size_t count);
+
     std::array<std::vector<double>, C::count> column_;
     std::vector<std::int32_t> order_;
 };

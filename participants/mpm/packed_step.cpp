@@ -9,6 +9,7 @@
 #include "participants/mpm/packed_cones.hpp"
 #include "participants/mpm/packed_deform.hpp"
 #include "participants/mpm/room.hpp"
+#include "participants/mpm/tiles.hpp"
 
 namespace mpm {
 namespace {
@@ -17,10 +18,6 @@ using namespace packed;
 
 constexpr std::int64_t sorted_every = 32;  //!< steps; 8 to 128 are within 2 %
 constexpr double most_nodes_of_a_point = 50;
-//! Cells along an edge of the tiles that points are sorted by: a chunk of four (eight) points a cell is one (two) of
-//! them, and reaches few nodes.
-template <int D>
-constexpr int tile = D == 2 ? 16 : 4;
 
 PackedElastic packed_law(LinearElastic const& law, double)
 {
@@ -39,14 +36,31 @@ PackedMuOfI packed_law(MuOfI const& law, double dt)
     return {law, dt};
 }
 
+template <int D>
+void forget(Planes<D> const& box, std::size_t from, std::size_t count)
+{
+    std::fill_n(box[from], count * box.plane, 0.0);
+}
+
+//! Whether boxes of nodes would be mostly empty.
+template <int D>
+bool far_apart(std::span<NodeBox<D> const> boxes, std::size_t points)
+{
+    auto nodes = static_cast<double>(around(boxes).nodes());
+    for (NodeBox<D> const& box : boxes) nodes += static_cast<double>(box.nodes());
+    return nodes > most_nodes_of_a_point * static_cast<double>(points) + 1e4;
+}
+
 }  // namespace
 
 template <int D>
-PackedStep<D>::PackedStep(int threads) : threads_(threads), team_(std::make_unique<sluice::Team>(threads))
+PackedStep<D>::PackedStep(int threads, ranks::Peers* peers)
+    : threads_(threads), peers_(peers), team_(std::make_unique<sluice::Team>(threads))
 {}
 template <int D>
-PackedStep<D>::PackedStep(PackedStep const& other) : PackedStep(other.threads_)
+PackedStep<D>::PackedStep(PackedStep const& other) : PackedStep(other.threads_, other.peers_)
 {
+    shares_ = other.shares_;
     points_ = other.points_;
 }
 template <int D>
@@ -85,7 +99,8 @@ template <int D>
 template <class Each>
 void PackedStep<D>::each_chunk(Each&& each)
 {
-    share(chunks_.size(), [&](std::size_t c) { each(chunks_[c], boxes_[c]); });
+    auto const boxes = own_boxes();
+    share(chunks_.size(), [&](std::size_t c) { each(chunks_[c], boxes[c]); });
 }
 template <int D>
 template <class Each>
@@ -96,9 +111,22 @@ void PackedStep<D>::each_slice(Each&& each)
     for (std::size_t slice = 0; slice < nodes_.slices(); ++slice) each(slice);
 }
 
-//! Places in cells, and the box of nodes around them.
 template <int D>
-void PackedStep<D>::find_box(Setup<D> const& setup, Chunk& chunk, Planes<D>& box)
+void PackedStep<D>::take(State<D> const& state)
+{
+    shares_ = Shares(peers_, state.points.size());
+    points_.take(state, shares_.begin(shares_.rank()), shares_.end(shares_.rank()));
+}
+
+template <int D>
+void PackedStep<D>::give(Setup<D> const& setup, State<D>& state, Whom whom) const
+{
+    peers_ ? gather_points(shares_, points_, setup.affine, whom, state) : points_.give(state, 0, setup.affine);
+}
+
+//! Places in cells; returns the box of nodes around them.
+template <int D>
+NodeBox<D> PackedStep<D>::find_box(Setup<D> const& setup, Chunk& chunk)
 {
     using C = PackedColumns<D>;
     PackVec<D> low, high;
@@ -112,13 +140,14 @@ void PackedStep<D>::find_box(Setup<D> const& setup, Chunk& chunk, Planes<D>& box
         points_.set(C::cell, k, place);
     }
     auto const node = [](double place) { return static_cast<int>(std::floor(place - 0.5)); };
+    NodeBox<D> box;
     for (int a = 0; a < D; ++a) {
         auto const k = static_cast<std::size_t>(a);
         double const least = std::min(std::min(low[a][0], low[a][1]), std::min(low[a][2], low[a][3]));
         double const most = std::max(std::max(high[a][0], high[a][1]), std::max(high[a][2], high[a][3]));
         box.first[k] = node(least), box.count[k] = node(most) - node(least) + 3;
     }
-    chunk.outcome = {};
+    return box;
 }
 
 template <int D>
@@ -127,34 +156,29 @@ bool PackedStep<D>::lay_out(Setup<D> const& setup)
     points_.place_fillers();
     std::size_t const filled = (points_.size() + 3) / 4 * 4;
     chunks_.resize((filled + chunk - 1) / chunk);
-    boxes_.resize(chunks_.size());
-    for (std::size_t c = 0; c < chunks_.size(); ++c) chunks_[c].points = {c * chunk, std::min(filled, (c + 1) * chunk)};
-    for (std::size_t c = 0; c < chunks_.size(); ++c) find_box(setup, chunks_[c], boxes_[c]);
-    Planes<D> around = boxes_[0];
-    double nodes = 0;
-    for (Planes<D> const& box : boxes_) {
-        double own = 1;
-        for (std::size_t a = 0; a < D; ++a) {
-            int const end = std::max(around.first[a] + around.count[a], box.first[a] + box.count[a]);
-            around.first[a] = std::min(around.first[a], box.first[a]);
-            around.count[a] = end - around.first[a];
-            own *= box.count[a];
-        }
-        nodes += own;
+    std::vector<NodeBox<D>> own;
+    for (std::size_t c = 0; c < chunks_.size(); ++c) {
+        chunks_[c].points = {c * chunk, std::min(filled, (c + 1) * chunk)};
+        chunks_[c].outcome = {};
+        own.push_back(find_box(setup, chunks_[c]));
     }
-    double whole = 1;
-    for (int const n : around.count) whole *= n;
-    if (nodes + whole > most_nodes_of_a_point * static_cast<double>(points_.size()) + 1e4) return false;
-    nodes_.lay_out(around, setup);
+    auto const everywhere = peers_ ? ranks::all_rows(*peers_, own) : own;
+    if (far_apart<D>(everywhere, shares_.points())) return false;
+    nodes_.lay_out({around<D>(own)}, setup);
+    if (peers_) {
+        borders_.lay_out(shares_, everywhere, nodes_.rounds());
+        nodes_.leave_out({borders_.nodes().begin(), borders_.nodes().begin() + shares_.rank()});
+    }
+    boxes_.assign(borders_.before().begin(), borders_.before().end());
+    for (NodeBox<D> const& box : own) boxes_.push_back({box});
+    boxes_.insert(boxes_.end(), borders_.after().begin(), borders_.after().end());
     return true;
 }
 
-//! By cells, in tiles.
+//! By cells, in tiles; among all processes.
 template <int D>
 void PackedStep<D>::sort(Setup<D> const& setup)
 {
-    constexpr int edge = tile<D>;
-    constexpr std::uint32_t in_tile = D == 2 ? edge * edge : edge * edge * edge;
     std::vector<std::array<int, D>> cells(points_.size());
     std::array<int, D> low, high;
     low.fill(INT32_MAX), high.fill(INT32_MIN);
@@ -164,38 +188,129 @@ void PackedStep<D>::sort(Setup<D> const& setup)
             cells[k][a] = static_cast<int>(std::floor(place / setup.cell - 0.5));
             low[a] = std::min(low[a], cells[k][a]), high[a] = std::max(high[a], cells[k][a]);
         }
-    double count = 1;
-    std::array<std::uint32_t, D> tiles;
-    for (std::size_t a = 0; a < D; ++a) {
-        tiles[a] = static_cast<std::uint32_t>((high[a] - low[a]) / edge + 1);
-        count *= double(tiles[a]) * edge;
-    }
-    if (count > 100 * most_nodes_of_a_point * static_cast<double>(cells.size())) return;
-    std::vector<std::uint32_t> keys(cells.size());
-    for (std::size_t k = 0; k < keys.size(); ++k) {
-        std::uint32_t of_tile = 0, within = 0;
-        for (std::size_t a = D; a-- > 0;) {
-            auto const at = static_cast<std::uint32_t>(cells[k][a] - low[a]);
-            of_tile = of_tile * tiles[a] + at / edge;
-            within = within * edge + at % edge;
-        }
-        keys[k] = of_tile * in_tile + within;
-    }
-    points_.sort(keys, static_cast<std::size_t>(count));
+    NodeBox<D> box{.first = low};
+    for (std::size_t a = 0; a < D; ++a) box.count[a] = high[a] - low[a] + 1;
+    if (peers_) box = around<D>(ranks::everyone(*peers_, box));
+    Tiles<D> const tiles(box);
+    if (tiles.keys() > 100 * most_nodes_of_a_point * static_cast<double>(shares_.points())) return;
+    std::vector<std::uint32_t> keys;
+    for (auto const& cell : cells) keys.push_back(tiles.key(cell));
+    if (peers_) keys = ranks::all_rows(*peers_, keys);
+    auto const to = places_by_key(keys, static_cast<std::size_t>(tiles.keys()));
+    peers_ ? mpm::move_points(shares_, to, points_) : points_.move(to);
+}
+
+//! Brings planes of boxes to where processes border on each other.
+template <int D>
+void PackedStep<D>::share_boxes(std::size_t from, std::size_t count)
+{
+    if (peers_) borders_.swap(own_boxes(), from, count);
+}
+
+//! Means over the points of a cell.
+template <int D>
+void PackedStep<D>::share_means()
+{
+    share_boxes(G::volume, 2);
+    each_slice([&](std::size_t slice) {
+        nodes_.add(slice, boxes_, G::volume, 2);
+        nodes_.take_mean(slice);
+    });
 }
 
 template <int D>
-void PackedStep<D>::touch_grains(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains,
-                                 Outcome& outcome)
+template <bool shared, bool rings>
+void PackedStep<D>::begin_boxes()
 {
-    grains.begin(setup);
-    for (std::size_t k = 0; k < points_.size(); ++k) {
-        Vec<D> place;
-        for (std::size_t a = 0; a < D; ++a) place[static_cast<int>(a)] = points_[PackedColumns<D>::place + a][k];
-        if (grains.is_near(setup, place))
-            grains.consider(setup, dt, points_.order()[k], place, points_[PackedColumns<D>::ratio][k]);
+    each_chunk([&](Chunk& c, Planes<D>& box) {
+        box.plane = box.nodes() + 4;
+        if (c.numbers.size() < G::count * box.plane) c.numbers.resize(G::count * box.plane);
+        box.data = c.numbers.data();
+        forget(box, 0, G::count);
+        if constexpr (shared) mean_stress_to_cells<D, rings>(points_, c.points, box);
+    });
+    if constexpr (shared) share_means();
+}
+
+template <int D>
+template <bool affine, bool shared, bool rings>
+void PackedStep<D>::give_to_nodes(Given const& now)
+{
+    each_chunk([&](Chunk& c, Planes<D> const& box) {
+        if constexpr (shared) forget(box, G::volume, 2);
+        c.outcome.kinetic_before =
+            to_grid<D, affine, shared, rings>(points_, c.points, now.shape, now.setup.cell, box, nodes_.planes());
+        if (!now.loads.empty()) loads_to_grid<D, rings>(points_, now.loads, c.points, now.shape, box);
+    });
+    share_boxes(G::mass, now.loads.empty() ? std::size_t{G::again} : std::size_t{G::volume});
+}
+
+template <int D>
+void PackedStep<D>::move_nodes(Given const& now, GrainContacts<D>& grains, Outcome& outcome)
+{
+    bool const loaded = !now.loads.empty();
+    each_slice([&](std::size_t slice) {
+        nodes_.add(slice, boxes_, G::mass, loaded ? std::size_t{G::volume} : std::size_t{G::again});
+        if (loaded) nodes_.add_loads(slice);
+        now.setup.frame ? nodes_.template move<true>(slice, now.setup, now.field, now.dt)
+                        : nodes_.template move<false>(slice, now.setup, now.field, now.dt);
+        if (loaded) nodes_.book_loads(slice, now.setup, now.dt);
+        if (!grains.any()) nodes_.hold(slice, now.setup, now.time, now.dt);
+    });
+    if (!grains.any()) return;
+    touch_grains(now, grains, outcome);
+    each_slice([&](std::size_t slice) { nodes_.hold(slice, now.setup, now.time, now.dt); });
+}
+
+template <int D>
+template <bool affine, bool musl, bool rings>
+void PackedStep<D>::move_points(Given const& now)
+{
+    auto const room = room_of<D>(now.setup);
+    each_chunk([&](Chunk& c, Planes<D> const& box) {
+        if (!now.loads.empty()) forget(box, G::again, D);
+        auto const move = [&]<bool turning>() {
+            return to_points<D, affine, musl, turning, rings>(points_, c.points, now.setup, now.field, now.shape,
+                                                              now.dt, room, box, nodes_.planes());
+        };
+        Moved const moved = now.setup.frame ? move.template operator()<!rings>() : move.template operator()<false>();
+        c.outcome.kinetic_after = moved.kinetic;
+        c.outcome.booked.field_work += moved.round;
+        c.outcome.field = moved.field;
+        c.outcome.all_inside = moved.inside;
+    });
+}
+
+//! Returns whether strain is felt from the nodes.
+template <int D>
+template <bool musl>
+bool PackedStep<D>::set_strain_velocities(Setup<D> const& setup)
+{
+    if constexpr (musl) {
+        share_boxes(G::again, D);
+        each_slice([&](std::size_t slice) {
+            nodes_.add(slice, boxes_, G::again, D);
+            nodes_.set_strain_velocities(slice);
+        });
+        return true;
     }
-    nodes_.touch(setup, time, dt, grains, outcome.booked);
+    auto light = nodes_.sums().light;
+    if (peers_) light = ranks::sums(*peers_, std::vector{light})[0];
+    if (light == 0) return false;
+    each_slice([&](std::size_t slice) { nodes_.pass_light_nodes(slice, setup); });
+    return true;
+}
+
+template <int D>
+template <bool musl, bool shared, bool rings>
+void PackedStep<D>::find_gradients(Given const& now, bool gathered)
+{
+    auto const& nodes = nodes_.planes();
+    each_chunk([&](Chunk& c, Planes<D> const& box) {  // musl always gathers
+        gathered ? gradients<D, true, shared, rings>(points_, c.points, now.setup, now.shape, now.dt, box, nodes)
+                 : gradients<D, musl, shared, rings>(points_, c.points, now.setup, now.shape, now.dt, box, nodes);
+    });
+    if constexpr (shared) share_means();
 }
 
 template <int D>
@@ -213,94 +328,79 @@ void PackedStep<D>::deform(double dt, Law const& law)
 
 template <int D>
 template <bool affine, bool musl, bool shared, bool rings>
-void PackedStep<D>::run(Setup<D> const& setup, double time, double dt, std::span<Vec<D> const> loads,
-                        GrainContacts<D>& grains, Outcome& outcome)
+void PackedStep<D>::run(Given const& now, GrainContacts<D>& grains, Outcome& outcome)
 {
-    Shape const shape{setup.basis == BasisKind::spline ? 0.5 : setup.half_width, setup.origin[0] / setup.cell};
-    Planes<D> const& nodes = nodes_.planes();
-    auto const forget = [](Planes<D> const& box, std::size_t from, std::size_t count) {
-        std::fill_n(box[from], count * box.plane, 0.0);
-    };
-    each_chunk([&](Chunk& c, Planes<D>& box) {
-        box.plane = box.nodes() + 4;
-        if (c.numbers.size() < G::count * box.plane) c.numbers.resize(G::count * box.plane);
-        box.data = c.numbers.data();
-        forget(box, 0, G::count);
-        if constexpr (shared) mean_stress_to_cells<D, rings>(points_, c.points, box);
-    });
-    auto const share_mean = [&](std::size_t slice) {
-        nodes_.add(slice, boxes_, G::volume, 2);
-        nodes_.take_mean(slice);
-    };
-    if constexpr (shared) each_slice(share_mean);
-    each_chunk([&](Chunk& c, Planes<D> const& box) {
-        if constexpr (shared) forget(box, G::volume, 2);
-        c.outcome.kinetic_before = to_grid<D, affine, shared, rings>(points_, c.points, shape, setup.cell, box, nodes);
-        if (!loads.empty()) loads_to_grid<D, rings>(points_, loads, c.points, shape, box);
-    });
-    Field<D> const field(setup, time, dt);
-    each_slice([&](std::size_t slice) {
-        nodes_.add(slice, boxes_, G::mass, (loads.empty() ? std::size_t{G::again} : std::size_t{G::volume}));
-        if (!loads.empty()) nodes_.add_loads(slice);
-        setup.frame ? nodes_.template move<true>(slice, setup, field, dt)
-                    : nodes_.template move<false>(slice, setup, field, dt);
-        if (!loads.empty()) nodes_.book_loads(slice, setup, dt);
-        if (!grains.any()) nodes_.hold(slice, setup, time, dt);
-    });
-    if (grains.any()) {
-        touch_grains(setup, time, dt, grains, outcome);
-        each_slice([&](std::size_t slice) { nodes_.hold(slice, setup, time, dt); });
-    }
-    auto const sums = nodes_.sums();
-    outcome.booked.damping += sums.damped;
-    outcome.booked.sliding += sums.sliding;
-    outcome.booked.external_work += sums.external;
-    outcome.light_nodes = sums.light;
-    outcome.nodes = static_cast<std::size_t>(sums.reached);
-    auto const room = room_of<D>(setup);
-    each_chunk([&](Chunk& c, Planes<D> const& box) {
-        if (!loads.empty()) forget(box, G::again, D);
-        auto const move = [&]<bool turning>() {
-            return to_points<D, affine, musl, turning, rings>(points_, c.points, setup, field, shape, dt, room, box,
-                                                              nodes);
-        };
-        Moved const moved = setup.frame ? move.template operator()<!rings>() : move.template operator()<false>();
-        c.outcome.kinetic_after = moved.kinetic;
-        c.outcome.booked.field_work = moved.round;
-        c.outcome.field = moved.field;
-        c.outcome.all_inside = moved.inside;
-    });
-    bool const gathered = musl || sums.light > 0;
-    if constexpr (musl)
-        each_slice([&](std::size_t slice) {
-            nodes_.add(slice, boxes_, G::again, D);
-            nodes_.set_strain_velocities(slice);
-        });
-    else if (gathered)
-        each_slice([&](std::size_t slice) { nodes_.pass_light_nodes(slice, setup); });
-    each_chunk([&](Chunk& c, Planes<D> const& box) {  // musl always gathers
-        gathered ? gradients<D, true, shared, rings>(points_, c.points, setup, shape, dt, box, nodes)
-                 : gradients<D, musl, shared, rings>(points_, c.points, setup, shape, dt, box, nodes);
-    });
-    if constexpr (shared) each_slice(share_mean);
+    begin_boxes<shared, rings>();
+    give_to_nodes<affine, shared, rings>(now);
+    move_nodes(now, grains, outcome);
+    move_points<affine, musl, rings>(now);
+    bool const gathered = set_strain_velocities<musl>(now.setup);
+    find_gradients<musl, shared, rings>(now, gathered);
     std::visit(
         [&](auto const& law) {
-            if constexpr (requires { packed_law(law, dt); }) deform<affine, shared, rings>(dt, packed_law(law, dt));
+            if constexpr (requires { packed_law(law, now.dt); })
+                deform<affine, shared, rings>(now.dt, packed_law(law, now.dt));
         },
-        setup.law);
+        now.setup.law);
+}
+
+//! Of the points, which a field that changes works on.
+template <int D>
+void PackedStep<D>::book_potential(Setup<D> const& setup, double time, double sign)
+{
+    using C = PackedColumns<D>;
+    Potential<D> const potential(setup, time);
+    each_chunk([&](Chunk& c, Planes<D> const&) {
+        double sum = 0;
+        for (std::size_t k = c.points.begin; k < c.points.end; ++k) {
+            Vec<D> place;
+            for (std::size_t a = 0; a < D; ++a) place[static_cast<int>(a)] = points_[C::place + a][k];
+            sum += points_[C::mass][k] * potential(place);
+        }
+        c.outcome.booked.field_work += sign * sum;
+    });
 }
 
 template <int D>
-bool PackedStep<D>::go(Setup<D> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<D> const> loads,
-                       GrainContacts<D>& grains, Outcome& outcome)
+void PackedStep<D>::add_up(Outcome& outcome)
 {
+    std::vector<Outcome> chunks;
+    for (Chunk const& c : chunks_) chunks.push_back(c.outcome);
+    auto sums = nodes_.sums();
+    if (peers_) {
+        chunks = ranks::all_rows(*peers_, chunks);
+        auto const others = ranks::everyone(*peers_, sums);
+        sums = {};
+        for (auto const& some : others) sums.add(some);
+    }
+    for (Outcome const& o : chunks) {
+        outcome.kinetic_before += o.kinetic_before, outcome.kinetic_after += o.kinetic_after;
+        outcome.field += o.field, outcome.stress += o.stress;
+        outcome.booked.plastic += o.booked.plastic;
+        outcome.booked.field_work += o.booked.field_work;
+        outcome.speed = std::max(outcome.speed, o.speed);
+        outcome.all_inside &= o.all_inside, outcome.all_upright &= o.all_upright;
+    }
+    outcome.booked.damping += sums.damped.value();
+    outcome.booked.sliding += sums.sliding.value();
+    outcome.booked.external_work += sums.external.value();
+    outcome.light_nodes = sums.light;
+    outcome.nodes = static_cast<std::size_t>(sums.reached);
+}
+
+template <int D>
+bool PackedStep<D>::go(Given const& now, std::int64_t steps, GrainContacts<D>& grains, Outcome& outcome)
+{
+    Setup<D> const& setup = now.setup;
     if (steps % sorted_every == 0) sort(setup);
     if (!lay_out(setup)) return false;
     outcome = {};
+    bool const changes = setup.frame && setup.frame->changes(now.time);
+    if (changes) book_potential(setup, now.time, -1);
     auto const pick = [&]<bool affine, bool musl, bool rings = false>()
     {
-        setup.shared_volume ? run<affine, musl, true, rings>(setup, time, dt, loads, grains, outcome)
-                            : run<affine, musl, false, rings>(setup, time, dt, loads, grains, outcome);
+        setup.shared_volume ? run<affine, musl, true, rings>(now, grains, outcome)
+                            : run<affine, musl, false, rings>(now, grains, outcome);
     };
     bool const musl = setup.scheme == Scheme::musl;
     if (setup.symmetry == Symmetry::axial) {
@@ -309,15 +409,9 @@ bool PackedStep<D>::go(Setup<D> const& setup, double time, std::int64_t steps, d
         musl ? pick.template operator()<true, true>() : pick.template operator()<true, false>();
     else
         musl ? pick.template operator()<false, true>() : pick.template operator()<false, false>();
-    for (Chunk const& c : chunks_) {
-        Outcome const& o = c.outcome;
-        outcome.kinetic_before += o.kinetic_before, outcome.kinetic_after += o.kinetic_after;
-        outcome.field += o.field, outcome.stress += o.stress;
-        outcome.booked.plastic += o.booked.plastic;
-        outcome.booked.field_work += o.booked.field_work;
-        outcome.speed = std::max(outcome.speed, o.speed);
-        outcome.all_inside &= o.all_inside, outcome.all_upright &= o.all_upright;
-    }
+    if (changes) book_potential(setup, now.time + now.dt, 1);
+    add_up(outcome);
+    if (changes) outcome.booked.field_work += outcome.field;
     return true;
 }
 
@@ -325,13 +419,14 @@ template <int D>
 bool PackedStep<D>::step(Setup<D> const& setup, double time, std::int64_t steps, double dt,
                          std::span<Vec<D> const> loads, GrainContacts<D>& grains, Outcome& outcome)
 {
-    if (threads_ == 1) return go(setup, time, steps, dt, loads, grains, outcome);
+    Given const now{setup, time, dt, loads};
+    if (threads_ == 1) return go(now, steps, grains, outcome);
     using Clock = std::chrono::steady_clock;
     auto const begin = Clock::now();
     together_ = pace_.together();
     std::optional<sluice::Team::Awake> awake;
     if (together_) awake.emplace(*team_);
-    bool const done = go(setup, time, steps, dt, loads, grains, outcome);
+    bool const done = go(now, steps, grains, outcome);
     pace_.took(std::chrono::duration<double>(Clock::now() - begin).count());
     return done;
 }

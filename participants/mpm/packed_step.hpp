@@ -5,8 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "participants/mpm/borders.hpp"
 #include "participants/mpm/pace.hpp"
 #include "participants/mpm/packed_nodes.hpp"
+#include "participants/mpm/shared_points.hpp"
 
 namespace sluice {
 class Team;
@@ -16,12 +18,13 @@ namespace mpm {
 
 //! A step, four points at a time; the same equations as Solver's own (solver.hpp), to rounding. Points are cut into
 //! chunks by their order; each adds up what it gives on a box of nodes of its own, and nodes add the boxes in the order
-//! of the chunks: no bit depends on the number of threads.
+//! of the chunks: no bit depends on the number of threads, nor on that of processes, each of which has some chunks, and
+//! all nodes that its points reach.
 template <int D>
 class PackedStep
 {
  public:
-    //! What the points had and have [J], plane: per metre; and what went wrong.
+    //! What the points of all processes had and have [J], plane: per metre; and what went wrong.
     struct Outcome
     {
         double kinetic_before = 0, kinetic_after = 0;
@@ -33,10 +36,11 @@ class PackedStep
         bool all_inside = true, all_upright = true;
     };
 
-    static constexpr std::size_t chunk = 1024;           //!< points
+    static constexpr std::size_t chunk = Shares::chunk;  //!< points
     static constexpr std::size_t worth_sharing = 10000;  //!< nodes; threads share so many
 
-    explicit PackedStep(int threads);
+    //! `peers`: the processes that share the points, all of which make the same calls; null: there is one.
+    explicit PackedStep(int threads, ranks::Peers* peers = nullptr);
     PackedStep(PackedStep const& other);
     PackedStep& operator=(PackedStep const& other);
     PackedStep(PackedStep&&) noexcept;
@@ -46,8 +50,10 @@ class PackedStep
     //! Whether it knows all that a setup asks for.
     static bool serves(Setup<D> const& setup);
 
-    void take(State<D> const& state) { points_.take(state); }
-    void give(Setup<D> const& setup, State<D>& state) const { points_.give(state, setup.affine); }
+    //! Of a state that each process has, its share.
+    void take(State<D> const& state);
+    //! All points, to those that are to have them.
+    void give(Setup<D> const& setup, State<D>& state, Whom whom) const;
     //! `loads`: force on each point, in the order of the state [N], plane: [N/m], or none. False: the points lie so far
     //! apart that boxes of nodes would be mostly empty; nothing was done.
     bool step(Setup<D> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<D> const> loads,
@@ -62,33 +68,60 @@ class PackedStep
         std::vector<double> numbers;
         Outcome outcome;
     };
+    //! What a step is given.
+    struct Given
+    {
+        Setup<D> const& setup;
+        double time, dt;
+        std::span<Vec<D> const> loads;
+        Field<D> field{setup, time, dt};
+        Shape shape{setup.basis == BasisKind::spline ? 0.5 : setup.half_width, setup.origin[0] / setup.cell};
+    };
 
-    bool go(Setup<D> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<D> const> loads,
-            GrainContacts<D>& grains, Outcome& outcome);
+    bool go(Given const& now, std::int64_t steps, GrainContacts<D>& grains, Outcome& outcome);
     template <class Each>
     void share(std::size_t count, Each&& each);
     template <class Each>
     void each_chunk(Each&& each);
     template <class Each>
     void each_slice(Each&& each);
-    void find_box(Setup<D> const& setup, Chunk& chunk, Planes<D>& box);
+    NodeBox<D> find_box(Setup<D> const& setup, Chunk& chunk);
     bool lay_out(Setup<D> const& setup);
     void sort(Setup<D> const& setup);
-    void touch_grains(Setup<D> const& setup, double time, double dt, GrainContacts<D>& grains, Outcome& outcome);
+    std::span<Planes<D>> own_boxes() { return {boxes_.data() + borders_.before().size(), chunks_.size()}; }
+    void share_boxes(std::size_t from, std::size_t count);
+    void touch_grains(Given const& now, GrainContacts<D>& grains, Outcome& outcome);
+    void share_touched(std::span<TouchedNode<D>> touched) const;
     template <bool affine, bool musl, bool shared, bool rings>
-    void run(Setup<D> const& setup, double time, double dt, std::span<Vec<D> const> loads, GrainContacts<D>& grains,
-             Outcome& outcome);
+    void run(Given const& now, GrainContacts<D>& grains, Outcome& outcome);
+    void share_means();
+    template <bool shared, bool rings>
+    void begin_boxes();
+    template <bool affine, bool shared, bool rings>
+    void give_to_nodes(Given const& now);
+    void move_nodes(Given const& now, GrainContacts<D>& grains, Outcome& outcome);
+    template <bool affine, bool musl, bool rings>
+    void move_points(Given const& now);
+    template <bool musl>
+    bool set_strain_velocities(Setup<D> const& setup);
+    template <bool musl, bool shared, bool rings>
+    void find_gradients(Given const& now, bool gathered);
     template <bool affine, bool shared, bool rings, class Law>
     void deform(double dt, Law const& law);
+    void book_potential(Setup<D> const& setup, double time, double sign);
+    void add_up(Outcome& outcome);
 
     int threads_;
+    ranks::Peers* peers_;
     Pace pace_;
     bool together_ = false;  //!< in this step
     std::unique_ptr<sluice::Team> team_;
+    Shares shares_;
     PackedPoints<D> points_;
     std::vector<Chunk> chunks_;
-    std::vector<Planes<D>> boxes_;  //!< of the chunks
+    std::vector<Planes<D>> boxes_;  //!< of the chunks, in their order; those of others, too, as far as they matter here
     PackedNodes<D> nodes_;
+    Borders<D> borders_;
 };
 
 }  // namespace mpm

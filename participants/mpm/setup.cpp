@@ -134,9 +134,9 @@ State<D> make_state(Config const& c)
 }
 
 template <int D>
-Solver<D> make_solver(Config const& c)
+Solver<D> make_solver(Config const& c, ranks::Peers* peers)
 {
-    Solver<D> solver(make_setup<D>(c), make_state<D>(c));
+    Solver<D> solver(make_setup<D>(c), make_state<D>(c), peers);
     if (c.threads > 1) solver.use_threads(c.threads);
     double const longest = largest_courant * solver.limit();
     require(!c.step || *c.step <= longest, [&] {
@@ -154,7 +154,7 @@ template Setup<2> make_setup<2>(Config const&);
 template Setup<3> make_setup<3>(Config const&);
 template State<2> make_state<2>(Config const&);
 template State<3> make_state<3>(Config const&);
-template Solver<2> make_solver<2>(Config const&);
-template Solver<3> make_solver<3>(Config const&);
+template Solver<2> make_solver<2>(Config const&, ranks::Peers*);
+template Solver<3> make_solver<3>(Config const&, ranks::Peers*);
 
 }  // namespace mpm

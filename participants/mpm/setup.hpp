@@ -15,7 +15,8 @@ template <int D>
 State<D> make_state(Config const& config);
 
 //! A run at t = 0. Throws sluice::Error (config) also for a step above the limit, and for a body without points.
+//! `peers`: the processes that share it; null: there is one.
 template <int D>
-Solver<D> make_solver(Config const& config);
+Solver<D> make_solver(Config const& config, ranks::Peers* peers = nullptr);
 
 }  // namespace mpm

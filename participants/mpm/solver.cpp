@@ -47,10 +47,24 @@ std::string number(double value)
 }  // namespace
 
 template <int D>
-Solver<D>::Solver(Setup<D> setup, State<D> state)
+void require_shareable(Setup<D> const& setup, std::size_t points, int processes)
+{
+    if (processes == 1) return;
+    require(PackedStep<D>::serves(setup), [&] {
+        return Error("mpm: " + std::to_string(processes) +
+                     " processes with what goes one point at a time: basis: linear or cpdi, width: stretch, law: "
+                     "neo_hookean, or symmetry: axial with scheme: usl or affine: false (needed: none of them, or "
+                     "ranks: 1).");
+    });
+    require_chunks(points, processes);
+}
+
+template <int D>
+Solver<D>::Solver(Setup<D> setup, State<D> state, ranks::Peers* peers)
     : setup_(std::move(setup)),
       state_(std::move(state)),
-      packed_(1),
+      peers_(peers),
+      packed_(1, peers),
       grid_(setup_.cells, joined_axes(setup_), rings_of_nodes(setup_.basis, D)),
       transfer_(&transfer_of<D>(setup_.basis)),
       increments_(state_.points.size())
@@ -59,6 +73,7 @@ Solver<D>::Solver(Setup<D> setup, State<D> state)
         return Error("mpm: " + std::to_string(setup_.walls.size()) + " walls and gates (at most " +
                      std::to_string(most_walls) + ").");
     });
+    if (peers_) require_shareable(setup_, state_.points.size(), peers_->count());
     for (Point<D> const& p : state_.points) {
         require(contains(p.place), [&] {
             return Error("mpm: point " + std::to_string(p.id) + " starts at " + text_of<D>(p.place) +
@@ -106,7 +121,7 @@ template <int D>
 void Solver<D>::restore(State<D> state, std::optional<double> speed)
 {
     state_ = std::move(state);
-    packed_has_points_ = points_are_behind_ = false;
+    packed_has_points_ = first_is_behind_ = others_are_behind_ = false;
     increments_.resize(state_.points.size());
     if (speed)
         speed_ = *speed;
@@ -139,16 +154,25 @@ void Solver<D>::step(double dt)
 template <int D>
 void Solver<D>::use_threads(int threads)
 {
-    write_points();
-    packed_has_points_ = false;
-    packed_ = PackedStep<D>(threads);
+    leave_packed();
+    packed_ = PackedStep<D>(threads, peers_);
 }
 
 template <int D>
-void Solver<D>::write_points() const
+void Solver<D>::write_points(Whom whom) const
 {
-    if (points_are_behind_) packed_.give(setup_, state_);
-    points_are_behind_ = false;
+    bool const behind = whom == Whom::first ? first_is_behind_ : others_are_behind_;
+    if (behind) packed_.give(setup_, state_, whom);
+    first_is_behind_ = false;
+    if (whom == Whom::all || !peers_) others_are_behind_ = false;
+}
+
+//! All have the points as they are, to work on.
+template <int D>
+void Solver<D>::leave_packed()
+{
+    write_points(Whom::all);
+    packed_has_points_ = false;
 }
 
 //! Returns whether it did the step.
@@ -159,10 +183,8 @@ bool Solver<D>::step_packed(double dt)
     if (!packed_has_points_) packed_.take(state_);
     packed_has_points_ = true;
     typename PackedStep<D>::Outcome o;
-    bool const changes = field_changes();
-    double const potential = changes ? potential_energy(setup_, state(), state_.time) : 0;
     if (!packed_.step(setup_, state_.time, state_.steps, dt, loads_, grains_, o)) return false;
-    points_are_behind_ = true;
+    first_is_behind_ = others_are_behind_ = true;
     state_.time += dt;
     ++state_.steps;
     if (!o.all_inside) check_places();
@@ -176,7 +198,6 @@ bool Solver<D>::step_packed(double dt)
     booked.damping += o.booked.damping;
     booked.external_work += o.booked.external_work;
     booked.field_work += o.booked.field_work;
-    if (changes) booked.field_work += potential_energy(setup_, state(), state_.time) - potential + o.field;
     booked.numerical += o.kinetic_before - o.kinetic_after + o.field - o.stress + o.booked.external_work -
                         o.booked.sliding - o.booked.damping;
     return true;
@@ -185,12 +206,11 @@ bool Solver<D>::step_packed(double dt)
 template <int D>
 void Solver<D>::step_plain(double dt)
 {
-    write_points();
-    packed_has_points_ = false;
+    leave_packed();
     places_.clear();
     for (Point<D> const& p : state_.points) places_.push_back(p.place);
     double const kinetic = kinetic_energy(state_);
-    bool const changes = field_changes();
+    bool const changes = setup_.frame && setup_.frame->changes(state_.time);
     double const potential = changes ? potential_energy(setup_, state_, state_.time) : 0;
     Field<D> const field(setup_, state_.time, dt);
     Booked const before = state_.booked;
@@ -313,13 +333,6 @@ double Solver<D>::work_of_field(Field<D> const& field) const
     return sum;
 }
 
-//! Whether the potential does so in the step to come, which then works on matter (Booked::field_work).
-template <int D>
-bool Solver<D>::field_changes() const
-{
-    return setup_.frame && setup_.frame->changes(state_.time);
-}
-
 //! A node of almost no mass gets any acceleration: the points near it feel it times its weight, which is bounded, but
 //! its gradient would be felt as strain. Strain sees such a node at the velocity that the points brought.
 template <int D>
@@ -393,7 +406,8 @@ double Solver<D>::deform(double dt)
 template <int D>
 void Solver<D>::check_upright() const
 {
-    for (Point<D> const& p : state().points)
+    write_points(Whom::all);
+    for (Point<D> const& p : state_.points)
         require(p.matter.ratio > 0 && std::isfinite(p.matter.ratio), [&] {
             return Error(
                 where(p) + "J = " + number(p.matter.ratio) + " (must be above 0). Try a shorter step or a finer cell.",
@@ -404,7 +418,7 @@ void Solver<D>::check_upright() const
 template <int D>
 void Solver<D>::check_places() const
 {
-    write_points();
+    write_points(Whom::all);
     for (Point<D> const& p : state_.points) {
         if (contains(p.place)) continue;
         char const* const seen = p.place.allFinite() ? "has left the domain (must stay inside). Try a larger one."
@@ -427,6 +441,8 @@ void Solver<D>::find_speed()
         setup_.law);
 }
 
+template void require_shareable<2>(Setup<2> const&, std::size_t, int);
+template void require_shareable<3>(Setup<3> const&, std::size_t, int);
 template class Solver<2>;
 template class Solver<3>;
 

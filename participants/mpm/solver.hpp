@@ -14,6 +14,8 @@ namespace mpm {
 
 //! A run: setup (constant) and state. A value: a copy continues on its own, bit for bit alike. Here is the plain
 //! version: one thread, every quantity where a reader looks for it. PackedStep does the same faster, where it can.
+//! Several processes may share the points, each with a solver that was made alike: all make the same calls, and get the
+//! bits that one process would.
 //!
 //! A step of dt, weights w at the places x(n):
 //!     m = sum w mp,  v = sum w mp vp / m,  v* = walls(v + dt (sum w fp - sum V s grad w) / m + dt g)
@@ -25,8 +27,9 @@ template <int D>
 class Solver
 {
  public:
-    //! Throws sluice::Error (config) for points outside the domain or behind a wall.
-    Solver(Setup<D> setup, State<D> state);
+    //! Throws sluice::Error (config) for points outside the domain or behind a wall. `peers`: the processes that share
+    //! the points (null: there is one); then also for what they cannot share (require_shareable).
+    Solver(Setup<D> setup, State<D> state, ranks::Peers* peers = nullptr);
 
     //! Throws sluice::Error (numerical): dt above the limit, a point turned inside out, not finite, or outside.
     void step(double dt);
@@ -40,20 +43,22 @@ class Solver
     bool contains(Vec<D> const& place) const;
 
     Setup<D> const& setup() const { return setup_; }
+    ranks::Peers* peers() const { return peers_; }
+    //! Of several processes the first has the points as they are now, the others as they once were.
     State<D> const& state() const
     {
-        write_points();
+        write_points(Whom::first);
         return state_;
     }
+    //! All processes have all of them, and change them alike.
     std::vector<Point<D>>& points()
     {
-        write_points();
-        packed_has_points_ = false;
+        leave_packed();
         return state_.points;
     }
     double time() const { return state_.time; }
-    std::size_t count() const { return state_.points.size(); }  //!< of points
-    Energies energies() const { return mpm::energies(setup_, state()); }
+    std::size_t count() const { return state_.points.size(); }            //!< of points
+    Energies energies() const { return mpm::energies(setup_, state()); }  //!< as state()
     //! Force on each point [N] from now on; none: empty.
     void set_loads(std::vector<Vec<D>> loads) { loads_ = std::move(loads); }
     //! Grains that points touch in the steps to come, as they are at the start of the next one; their motion is its
@@ -81,7 +86,8 @@ class Solver
  private:
     void step_plain(double dt);
     bool step_packed(double dt);
-    void write_points() const;
+    void write_points(Whom whom) const;
+    void leave_packed();
     void check_upright() const;
     void move_nodes(Field<D> const& field, double dt);
     void touch_grains(double dt);
@@ -92,16 +98,16 @@ class Solver
     double deform(double dt);
     void bring_round();
     double work_of_field(Field<D> const& field) const;
-    bool field_changes() const;
     void check_places() const;
     void find_speed();
     std::string where(Point<D> const& point) const;
 
     Setup<D> setup_;
     mutable State<D> state_;  //!< its points may be behind those of packed_
+    ranks::Peers* peers_;
     PackedStep<D> packed_;
     bool packed_has_points_ = false;
-    mutable bool points_are_behind_ = false;
+    mutable bool first_is_behind_ = false, others_are_behind_ = false;  //!< the same on all processes
     std::size_t nodes_reached_ = 0;
     Grid<D> grid_;
     Transfer<D> const* transfer_;
@@ -111,5 +117,9 @@ class Solver
     double speed_ = 0;
     std::int64_t light_nodes_ = 0;
 };
+
+//! Throws sluice::Error (config) if so many processes cannot share a run.
+template <int D>
+void require_shareable(Setup<D> const& setup, std::size_t points, int processes);
 
 }  // namespace mpm

@@ -71,6 +71,15 @@ std::vector<std::vector<Row>> of_everyone(Peers& peers, std::vector<Row> const& 
     return rows;
 }
 
+//! The same, one after the other.
+template <class Row>
+std::vector<Row> all_rows(Peers& peers, std::vector<Row> const& mine)
+{
+    std::vector<Row> rows;
+    for (auto const& some : of_everyone(peers, mine)) rows.insert(rows.end(), some.begin(), some.end());
+    return rows;
+}
+
 //! What each process has to say, by rank.
 template <class Row>
 std::vector<Row> everyone(Peers& peers, Row const& mine)

@@ -1,0 +1,54 @@
+#include "participants/mpm/shared_points.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace mpm {
+
+template <int D>
+void move_points(Shares const& shares, std::span<std::uint32_t const> to, PackedPoints<D>& points)
+{
+    constexpr std::size_t row = PackedPoints<D>::row;
+    std::vector<std::vector<double>> rows(static_cast<std::size_t>(shares.processes()));
+    for (std::size_t k = 0; k < points.size(); ++k)
+        points.add_row(k, rows[static_cast<std::size_t>(shares.owner(to[shares.begin(shares.rank()) + k]))]);
+    std::vector<ranks::Bytes> out;
+    for (auto const& some : rows) out.push_back(ranks::to_bytes(some));
+    auto const in = shares.peers()->all_to_all(std::move(out));
+    std::size_t const first = shares.begin(shares.rank());
+    for (int from = 0; from < shares.processes(); ++from) {  // in the order in which they were put there
+        auto const came = ranks::rows_of<double>(in[static_cast<std::size_t>(from)]);
+        double const* next = came.data();
+        for (std::size_t k = shares.begin(from); k < shares.end(from); ++k) {
+            if (shares.owner(to[k]) != shares.rank()) continue;
+            points.set_row(to[k] - first, next);
+            next += row;
+        }
+    }
+}
+
+template <int D>
+void gather_points(Shares const& shares, PackedPoints<D> const& points, bool slopes, Whom whom, State<D>& state)
+{
+    constexpr std::size_t row = PackedPoints<D>::row;
+    std::vector<double> rows;
+    rows.reserve(row * points.size());
+    for (std::size_t k = 0; k < points.size(); ++k) points.add_row(k, rows);
+    std::vector<ranks::Bytes> out(static_cast<std::size_t>(shares.processes()));
+    for (std::size_t to = 0; to < (whom == Whom::first ? 1 : out.size()); ++to) out[to] = ranks::to_bytes(rows);
+    auto const in = shares.peers()->all_to_all(std::move(out));
+    if (whom == Whom::first && shares.rank() > 0) return;
+    for (int from = 0; from < shares.processes(); ++from) {
+        auto const came = ranks::rows_of<double>(in[static_cast<std::size_t>(from)]);
+        PackedPoints<D> theirs(came.size() / row);
+        for (std::size_t k = 0; k < theirs.size(); ++k) theirs.set_row(k, came.data() + row * k);
+        theirs.give(state, shares.begin(from), slopes);
+    }
+}
+
+template void move_points<2>(Shares const&, std::span<std::uint32_t const>, PackedPoints<2>&);
+template void move_points<3>(Shares const&, std::span<std::uint32_t const>, PackedPoints<3>&);
+template void gather_points<2>(Shares const&, PackedPoints<2> const&, bool, Whom, State<2>&);
+template void gather_points<3>(Shares const&, PackedPoints<3> const&, bool, Whom, State<3>&);
+
+}  // namespace mpm

@@ -1,0 +1,343 @@
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coupler/base/error.hpp"
+#include "participants/mpm/checkpoint.hpp"
+#include "participants/mpm/setup.hpp"
+#include "participants/mpm/solver.hpp"
+#include "tests/support/contains.hpp"
+#include "tests/support/thread_peers.hpp"
+
+//! Points that several processes share get the bits of one.
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+mpm::Law soil()
+{
+    mpm::Elasticity const e{1e6, 0.3};
+    return mpm::MohrCoulomb{e, mpm::MohrCoulombSurface(e, {.friction_angle = 0.4})};
+}
+
+//! A column behind a gate that goes at 2 ms, and a block that falls on it; thin in space.
+template <int D>
+mpm::Config collapse()
+{
+    mpm::Config c;
+    c.dimension = D;
+    c.density = 1900;
+    c.law = soil();
+    c.shared_volume = true;
+    c.cell = D == 2 ? 0.004 : 0.025;
+    c.gravity[D - 1] = -9.81;
+    c.size = D == 2 ? std::array{0.6, 0.3, 0.0} : std::array{1.0, 0.2, 0.6};
+    double const width = D == 2 ? 0.15 : 0.3;
+    c.bodies.push_back({.low = {0, 0, 0}, .high = {width, D == 2 ? 0.1 : 0.2, 0.2}});
+    c.bodies.push_back({.low = {0.02, D == 2 ? 0.11 : 0.04, 0.24},
+                        .high = {0.07, D == 2 ? 0.16 : 0.14, 0.34},
+                        .velocity = {0.4, D == 2 ? -2.3 : 0.2, D == 2 ? 0 : -2.3}});
+    int const up = D - 1;
+    c.walls = {{.axis = 0, .side = -1},
+               {.axis = up, .side = -1, .kind = mpm::WallKind::rough, .friction = 0.4},
+               {0, 1, width, mpm::WallKind::rough, 0.2, 0.002}};
+    if (D == 3) c.walls.insert(c.walls.end(), {{.axis = 1, .side = -1}, {1, 1, 0.2, mpm::WallKind::rough, 0.3}});
+    return c;
+}
+
+//! A domain full of matter that streams through joined sides, in waves.
+template <int D>
+mpm::Config full(std::array<bool, 3> const& joined, int cells)
+{
+    mpm::Config c;
+    c.dimension = D;
+    c.density = 1900;
+    c.law = soil();
+    c.shared_volume = true;
+    c.cell = 0.01;
+    double const length = cells * c.cell;
+    c.size = {length, length, D == 3 ? length : 0};
+    c.bodies.push_back({.high = c.size});
+    for (std::size_t a = 0; a < D; ++a) {
+        if (joined[a]) c.gravity[a] = static_cast<double>(a) - 2.5;
+        for (int side : {-1, 1})
+            c.walls.push_back({static_cast<int>(a), side, side < 0 ? 0 : length,
+                               joined[a] ? mpm::WallKind::joined : mpm::WallKind::rough, 0.3});
+    }
+    return c;
+}
+
+struct Scene
+{
+    char const* what;
+    mpm::Config config;
+    bool loads = false, grains = false, streams = false;
+    int steps = 70;
+};
+
+template <int D>
+mpm::State<D> start(Scene const& scene)
+{
+    auto state = mpm::make_state<D>(scene.config);
+    if (!scene.streams) return state;
+    for (mpm::Point<D>& p : state.points) {
+        p.matter.stress = -3000 * mpm::Mat3::Identity();
+        for (int a = 0; a < D; ++a) {
+            bool const joined = scene.config.walls[2 * static_cast<std::size_t>(a)].kind == mpm::WallKind::joined;
+            p.velocity[a] = 0.4 * std::sin(2 * pi * p.place[(a + 1) % D] / scene.config.size[0]) + (joined ? 9 : 0);
+        }
+    }
+    return state;
+}
+
+template <int D>
+std::vector<mpm::Vec<D>> loads_at(std::size_t points, std::int64_t step)
+{
+    std::vector<mpm::Vec<D>> loads;
+    for (std::size_t p = 0; p < points; ++p)
+        loads.push_back(mpm::Vec<D>::Constant(0.2 * std::sin(static_cast<double>(p) + static_cast<double>(step))));
+    return loads;
+}
+
+//! Two that roll into the column from the side and from above, apart from the points at first.
+template <int D>
+std::vector<mpm::Grain<D>> grains_at(double time)
+{
+    std::vector<mpm::Grain<D>> grains(2);
+    grains[0].id = 7, grains[1].id = 3;
+    grains[0].radius = 0.05, grains[1].radius = 0.04;
+    grains[0].place[0] = D == 2 ? 0.205 : 0.36, grains[1].place[0] = 0.11;
+    grains[0].place[D - 1] = 0.06, grains[1].place[D - 1] = D == 2 ? 0.145 : 0.25;
+    grains[0].velocity[0] = -1, grains[1].velocity[D - 1] = -2;
+    if constexpr (D == 3) grains[0].place[1] = grains[1].place[1] = 0.1;
+    for (auto& g : grains) g.spin[0] = 20, g.place += time * g.velocity;
+    return grains;
+}
+
+//! All that partners, tables and pictures see.
+using Trace = std::vector<double>;
+
+template <int D>
+void look(mpm::Solver<D> const& solver, bool first, Trace& trace)
+{
+    auto const& state = solver.state();
+    if (!first) return;
+    auto const add = [&](auto const& numbers) { trace.insert(trace.end(), numbers.begin(), numbers.end()); };
+    auto const e = solver.energies();
+    auto const& b = e.booked;
+    add(std::array{e.kinetic, e.potential, e.elastic, b.plastic, b.sliding, b.damping, b.numerical, b.external_work,
+                   b.field_work, solver.longest_step(), double(solver.nodes()), double(solver.light_nodes())});
+    for (auto const& push : solver.grains().pushes()) add(push.impulse), add(push.angular);
+    for (auto const& impulse : solver.grains().plate_impulses()) add(impulse);
+    add(state.order);
+    for (mpm::Point<D> const& p : state.points) {
+        add(p.place), add(p.velocity), add(p.slope.reshaped()), add(p.matter.stress.reshaped());
+        add(p.matter.gradient.reshaped());
+        add(std::array{double(p.id), p.mass, p.volume, p.matter.ratio, p.matter.plastic_strain, p.matter.gap});
+    }
+}
+
+template <int D>
+void run(mpm::Solver<D>& solver, Scene const& scene, std::int64_t to, bool first, Trace& trace)
+{
+    for (std::int64_t k = solver.state().steps; k < to; ++k) {
+        if (scene.loads) solver.set_loads(loads_at<D>(solver.count(), k));
+        if (scene.grains) solver.set_grains(grains_at<D>(solver.time()));
+        solver.step(0.9 * solver.longest_step());
+        if (k % 23 == 0) look(solver, first, trace);
+    }
+    look(solver, first, trace);
+}
+
+template <int D>
+mpm::Solver<D> solver_of(Scene const& scene, ranks::Peers* peers)
+{
+    mpm::Solver<D> solver(mpm::make_setup<D>(scene.config), start<D>(scene), peers);
+    solver.set_friction(0.3);
+    return solver;
+}
+
+template <int D>
+Trace alone(Scene const& scene)
+{
+    Trace trace;
+    auto solver = solver_of<D>(scene, nullptr);
+    run(solver, scene, scene.steps / 2, true, trace);
+    sluice::State kept;
+    mpm::keep(solver, kept);
+    mpm::restore(solver, kept);
+    run(solver, scene, scene.steps, true, trace);
+    return trace;
+}
+
+//! The first process's trace. Halfway each goes on by some steps, goes back, and hands over to another solver.
+template <int D>
+Trace shared(Scene const& scene, int processes)
+{
+    Trace trace;
+    unit::on_processes(processes, [&](ranks::Peers& peers) {
+        bool const first = peers.rank() == 0;
+        Trace mine, dropped;
+        sluice::State kept;
+        {
+            auto solver = solver_of<D>(scene, &peers);
+            run(solver, scene, scene.steps / 2, first, mine);
+            mpm::keep(solver, kept);
+            run(solver, scene, scene.steps / 2 + 5, first, dropped);
+            mpm::restore(solver, kept);
+            sluice::State again;
+            mpm::keep(solver, again);
+            CHECK(again == kept);
+        }
+        auto solver = solver_of<D>(scene, &peers);
+        mpm::restore(solver, kept);
+        run(solver, scene, scene.steps, first, mine);
+        if (first) trace = mine;
+    });
+    return trace;
+}
+
+template <int D>
+void check(std::vector<Scene> const& scenes, std::vector<int> const& processes)
+{
+    for (Scene const& scene : scenes) {
+        CAPTURE(scene.what);
+        auto const one = alone<D>(scene);
+        for (int const count : processes) {
+            CAPTURE(count);
+            auto const many = shared<D>(scene, count);
+            REQUIRE(many.size() == one.size());
+            CHECK(std::mismatch(one.begin(), one.end(), many.begin()).first == one.end());
+        }
+    }
+}
+
+}  // namespace
+
+TEST_CASE("ranks: points in the plane that processes share get the bits of one")
+{
+    check<2>({{"collapse", collapse<2>()}}, {2, 5});
+    auto usl = collapse<2>();
+    usl.scheme = mpm::Scheme::usl, usl.affine = false, usl.flip = 0.95, usl.damping = 3;
+    auto spline = collapse<2>();
+    spline.basis = mpm::BasisKind::spline, spline.shared_volume = false;
+    spline.law = mpm::LinearElastic{{1e6, 0.3}};
+    auto turning = collapse<2>();
+    turning.rotation = sluice::Rotation{{0.1, 2, 0}, {0, 0, 1}, 8, 0.003, true, true, true};
+    check<2>({{"usl, damped", usl},
+              {"loads", collapse<2>(), true},
+              {"splines, elastic", spline},
+              {"frame that starts to turn", turning}},
+             {3});
+}
+
+TEST_CASE("ranks: so they do across joined sides, and as rings")
+{
+    using Joined = std::array<bool, 3>;
+    for (Joined const& joined : {Joined{true}, Joined{false, true}, Joined{true, true}})
+        check<2>({{"joined sides", full<2>(joined, 30), joined[0], false, true}}, {3});
+    auto rings = full<2>({false, true}, 30);
+    rings.symmetry = mpm::Symmetry::axial;
+    check<2>({{"rings", rings, false, false, true}}, {3});
+    check<3>({{"joined sides", full<3>({false, true, true}, 8), true, false, true, 40}}, {4});
+}
+
+TEST_CASE("ranks: so they do in space")
+{
+    auto usl = collapse<3>();
+    usl.scheme = mpm::Scheme::usl, usl.damping = 3;
+    check<3>({{"collapse", collapse<3>(), false, false, false, 40}, {"usl, loads", usl, true, false, false, 40}}, {3});
+}
+
+TEST_CASE("ranks: so they do with grains and plates")
+{
+    auto tilted = collapse<2>();
+    mpm::Plate<3> plate{.point = {0.3, 0, 0}, .normal = mpm::Vec3(-1, 0.3, 0).normalized(), .friction = 0.3};
+    plate.motion.velocity = {-1, 0, 0};
+    tilted.plates.push_back(plate);
+    check<2>({{"grains", collapse<2>(), false, true}, {"grains and a plate", tilted, true, true}}, {3});
+    check<3>({{"spheres", collapse<3>(), false, true, false, 40}}, {3});
+}
+
+TEST_CASE("ranks: points go to the process whose part they come to lie in")
+{
+    Scene const scene{"streams", full<2>({true, false}, 30), false, false, true};
+    auto const holders = [](mpm::State<2> const& state) {
+        mpm::Shares const shares(nullptr, state.points.size());
+        std::vector<std::size_t> chunk(state.points.size());
+        for (std::size_t k = 0; k < chunk.size(); ++k)
+            chunk[static_cast<std::size_t>(state.order[k])] = k / mpm::Shares::chunk;
+        return chunk;
+    };
+    auto solver = solver_of<2>(scene, nullptr);
+    solver.step(solver.longest_step());
+    auto const before = holders(solver.state());
+    while (solver.state().steps < 33) solver.step(solver.longest_step());
+    auto const after = holders(solver.state());
+    std::size_t moved = 0;
+    for (std::size_t p = 0; p < before.size(); ++p) moved += before[p] != after[p];
+    CHECK(moved > 100);
+}
+
+TEST_CASE("ranks: points far from each other, which go one at a time, get the bits of one process")
+{
+    auto far = collapse<2>();
+    far.size = {4, 4, 0};
+    far.walls.clear();
+    far.bodies[1] = {.low = {3.6, 3.6, 0}, .high = {3.65, 3.65, 0}, .velocity = {-0.1, 0.3, 0}};
+    check<2>({{"far apart", far, false, false, false, 6}}, {2});
+}
+TEST_CASE("ranks: what goes wrong in one process ends all, with the words of one")
+{
+    auto const said = [](Scene const& scene, int processes, int steps) {
+        std::vector<std::string> said(static_cast<std::size_t>(processes));
+        auto const go = [&](ranks::Peers* peers) {
+            try {
+                auto solver = solver_of<2>(scene, processes > 1 ? peers : nullptr);
+                if (scene.streams) solver.points().back().matter.ratio = -1;
+                for (int k = 0; k < steps; ++k) {
+                    if (scene.grains) solver.set_grains(grains_at<2>(0.03));
+                    solver.step(solver.longest_step());
+                }
+            } catch (sluice::Error const& e) {
+                said[static_cast<std::size_t>(peers->rank())] = e.what();
+            }
+        };
+        unit::on_processes(processes, [&](ranks::Peers& peers) { go(&peers); });
+        for (auto const& text : said) CHECK(text == said[0]);
+        return said[0];
+    };
+    auto open = collapse<2>();
+    open.walls.clear();
+    open.bodies[0].velocity = {0, -1, 0};
+    Scene const escape{"a point leaves", open}, inside{"a grain", collapse<2>(), false, true};
+    Scene const flat{"J < 0", full<2>({true, false}, 30), false, false, true};
+    for (auto const& [scene, reason] :
+         {std::pair{escape, "has left the domain"}, {inside, "cells inside grain"}, {flat, "J = "}}) {
+        auto const one = said(scene, 1, 70);
+        CHECK_MESSAGE(contains(one, reason), one);
+        CHECK(said(scene, 3, 70) == one);
+    }
+}
+
+TEST_CASE("ranks: what processes cannot share is refused")
+{
+    auto const refused = [](mpm::Config const& c, int processes) {
+        std::string text;
+        try {
+            unit::on_processes(processes, [&](ranks::Peers& peers) { mpm::make_solver<2>(c, &peers); });
+        } catch (sluice::Error const& e) {
+            text = e.what();
+        }
+        return text;
+    };
+    auto c = collapse<2>();
+    CHECK(refused(c, 5).empty());
+    CHECK(contains(refused(c, 6), "6 processes for 4375 points"));
+    c.basis = mpm::BasisKind::cpdi;
+    CHECK(contains(refused(c, 2), "2 processes with what goes one point at a time"));
+}
