@@ -349,7 +349,7 @@ Config read_config(sluice::Reader& r, int dimension, std::array<double, 3> const
                   "{friction: 0.5}.");
     }
     c.front_depth = r.number_if("front_depth", {.above = 0.0, .unit = "m"});
-    c.threads = sluice::read_threads(r, "1");
+    c.threads = sluice::read_threads(r, "1", beside.processes);
     r.finish();
     return c;
 }

@@ -83,6 +83,7 @@ struct Beside
     bool grains = false;                         //!< a partner sends some
     bool fluid = false;                          //!< a partner computes that in the pores
     sluice::Rotation const* rotation = nullptr;  //!< of the frame of reference; null: inertial
+    int processes = 1;                           //!< that share the cores
 };
 
 //! Reads a participant's `config:` block (keys: README.md). Every mistake becomes a problem of the reader; finish()

@@ -9,6 +9,9 @@
 #include "participants/mpm/measures.hpp"
 #include "participants/mpm/recorder.hpp"
 #include "participants/mpm/setup.hpp"
+#include "participants/ranks/known_to_all.hpp"
+#include "participants/ranks/mpi_peers.hpp"
+#include "participants/ranks/restart.hpp"
 
 namespace mpm {
 namespace {
@@ -18,12 +21,13 @@ constexpr double steps_of_a_window = 50;  // without a partner a window only pac
 constexpr double share_of_a_step = 0.8;   // with grains: a window stays one step if speeds grow by a quarter
 constexpr double few_cells = 4;           // of a grain's radius: fewer are warned of (README.md, M13)
 
-//! The grains of a partner, as the edge samples them, and what they got in a window.
+//! The grains of a partner, as the edge samples them, and what they got in a window. The first process speaks with the
+//! partner; all know the grains.
 template <int D>
 class GrainEdge
 {
  public:
-    GrainEdge(sluice::Participant& self, double cell) : self_(self), cell_(cell)
+    GrainEdge(sluice::Participant& self, double cell, ranks::Peers* peers) : self_(self), cell_(cell), known_(peers)
     {
         auto const senders = self.senders("kinematics");
         sluice::require(senders.size() <= 1, [] {
@@ -45,7 +49,7 @@ class GrainEdge
     //! grains.
     std::vector<Grain<D>> grains(double time, double dt)
     {
-        auto const k = samples_->at(time);
+        auto const k = known_.share(samples_->at(time));
         std::vector<Grain<D>> grains(k.id.size());
         for (std::size_t i = 0; i < grains.size(); ++i) {
             Grain<D>& g = grains[i];
@@ -61,7 +65,7 @@ class GrainEdge
     //! Of one step of a window: its share of the mean load.
     void add(std::vector<Push<D>> const& pushes, double window)
     {
-        for (std::size_t i = 0; i < pushes.size(); ++i) {
+        for (std::size_t i = 0; i < id_.size(); ++i) {
             for (std::size_t k = 0; k < D; ++k) force_[D * i + k] += pushes[i].impulse[static_cast<int>(k)] / window;
             for (std::size_t k = 0; k < spins; ++k)
                 torque_[spins * i + k] += pushes[i].angular[static_cast<int>(k)] / window;
@@ -85,7 +89,7 @@ class GrainEdge
     void check_size(Grain<D> const& g)
     {
         double const cells = g.radius / cell_;
-        if (cells >= few_cells || warned_) return;
+        if (cells >= few_cells || warned_ || self_.rank() > 0) return;
         warned_ = true;
         char text[200];
         std::snprintf(text, sizeof text,
@@ -99,7 +103,8 @@ class GrainEdge
     double cell_;
     std::string from_;
     std::optional<sluice::Sampled<sluice::Kinematics>> samples_;
-    std::vector<std::int64_t> id_;
+    ranks::KnownToAll<sluice::Kinematics> known_;
+    std::vector<std::int64_t> id_;  //!< of the first process; others are told of none
     std::vector<double> force_, torque_;
     bool warned_ = false;
 };
@@ -109,7 +114,8 @@ template <int D>
 class FluidEdge
 {
  public:
-    FluidEdge(sluice::Participant& self, std::optional<FluidConfig> const& fluid) : self_(self)
+    FluidEdge(sluice::Participant& self, std::optional<FluidConfig> const& fluid, ranks::Peers* peers)
+        : self_(self), known_(peers)
     {
         auto const senders = self.senders("body_force");
         sluice::require(senders.size() <= 1, [] {
@@ -124,7 +130,7 @@ class FluidEdge
     //! At a time of the window, for the points of the run. A point that the fluid does not know feels nothing.
     std::vector<Vec<D>> loads(double time, std::size_t points)
     {
-        auto const sample = samples_->at(time);
+        auto const sample = known_.share(samples_->at(time));
         std::vector<Vec<D>> loads(points, Vec<D>::Zero());
         force_.setZero();
         for (std::size_t i = 0; i < sample.id.size(); ++i) {
@@ -141,12 +147,15 @@ class FluidEdge
     }
     Vec<D> const& force() const { return force_; }  //!< on all points, of the last loads() [N]
 
-    void tell(State<D> const& state)
+    //! Called by all processes.
+    void tell(Solver<D> const& solver)
     {
         auto const to = self_.receivers("phase");
         if (to.empty()) return;
+        auto const& state = solver.in_motion();
         id_.clear(), position_.clear(), velocity_.clear(), volume_.clear();
         for (Point<D> const& p : state.points) {
+            if (self_.rank() > 0) break;  // the first has all
             id_.push_back(p.id);
             position_.insert(position_.end(), p.place.data(), p.place.data() + D);
             velocity_.insert(velocity_.end(), p.velocity.data(), p.velocity.data() + D);
@@ -160,6 +169,7 @@ class FluidEdge
     std::string from_;
     double solid_ = 0;  //!< volume of solid in that of a point at the start [-]
     std::optional<sluice::Sampled<sluice::BodyForce>> samples_;
+    ranks::KnownToAll<sluice::BodyForce> known_;
     Vec<D> force_ = Vec<D>::Zero();
     std::vector<std::int64_t> id_;
     std::vector<double> position_, velocity_, volume_;
@@ -242,17 +252,93 @@ Start start_of(Config const& config, Solver<D> const& solver)
     return {r.height, r.foremost, step, solver.energies().balance(), front_share * std::sqrt(area), 0, 0};
 }
 
+//! What a run leaves behind. All processes make the same calls; the first, which then has all points, writes.
+template <int D>
+class Recording
+{
+ public:
+    Recording(sluice::Participant& self, Solver<D> const& solver, Extras extras)
+        : self_(self), solver_(solver), extras_(extras)
+    {}
+
+    void begin(std::optional<double> resumed_at)
+    {
+        if (self_.rank() > 0) return;
+        recorder_.emplace(sluice::RunNames{self_.directory(), self_.name(), self_.scene().hash}, extras_, resumed_at);
+        if (auto const remark = recorder_->remark(); !remark.empty()) self_.warn(remark);
+    }
+    void picture(double time)
+    {
+        auto const& state = solver_.state();
+        if (recorder_) recorder_->picture(time, state);
+    }
+    void row(double time, double front_depth, double balance, Vec<D> const& impulse, Vec<D> const& fluid)
+    {
+        solver_.state();
+        if (recorder_) recorder_->row(time, solver_, front_depth, balance, impulse, fluid);
+    }
+    void close()
+    {
+        if (recorder_) recorder_->close();
+    }
+
+ private:
+    sluice::Participant& self_;
+    Solver<D> const& solver_;
+    Extras extras_;
+    std::optional<Recorder<D>> recorder_;
+};
+
+//! Of several processes the first, which has all points.
+template <int D>
+void tell_at_end(sluice::Participant& self, Config const& config, Solver<D> const& solver, Start const& start,
+                 bool grains)
+{
+    auto const r = run_out_of(solver.setup(), solver.state(), config.front_depth.value_or(start.front_depth));
+    auto const steps = static_cast<double>(std::max<std::int64_t>(1, solver.state().steps));
+    self.fact("points", static_cast<double>(solver.count()));
+    self.fact("H0 [m]", start.height);
+    self.fact("L0 [m]", start.front);
+    self.fact("longest step [s]", start.step);
+    self.fact("steps", steps);
+    self.fact("final run-out [m]", r.front);
+    self.fact("final height [m]", r.height);
+    self.fact("nodes of almost no mass, a step", static_cast<double>(solver.light_nodes()) / steps);
+    if (grains) {
+        self.fact("contacts with grains, a step", start.contacts / steps);
+        self.fact("sweeps over them, a step", start.sweeps / steps);
+    }
+    double all = 1;
+    for (int const cells : solver.setup().cells) all *= cells + 1 + 2 * rings_of_nodes(config.basis, D);
+    self.skipped("empty cells", "nodes that no point reaches do not exist",
+                 1 - static_cast<double>(solver.nodes()) / all);
+}
+
+//! What the scene's check needs to know of a run.
+template <int D>
+void check_run(sluice::Participant& self, Config const& config)
+{
+    GrainEdge<D> const edge(self, config.cell, nullptr);
+    FluidEdge<D> const fluid(self, config.fluid, nullptr);
+    auto const solver = make_solver<D>(config);
+    require_shareable(solver.setup(), solver.count(), self.ranks());
+    self.propose_window((edge.exists() ? share_of_a_step : steps_of_a_window) * start_of(config, solver).step);
+    describe(solver, config);
+}
+
+//! Of several processes, all of which call it, the first speaks with partners.
 template <int D>
 void run(sluice::Participant& self, Config const& config)
 {
-    Solver<D> solver = make_solver<D>(config);
+    if (self.checking()) return check_run<D>(self, config);
+    auto const peers = self.ranks() > 1 ? ranks::mpi_peers(self.rank(), self.ranks()) : nullptr;
+    Solver<D> solver = make_solver<D>(config, peers.get());
     Start start = start_of(config, solver);
-    GrainEdge<D> edge(self, config.cell);
-    FluidEdge<D> fluid(self, config.fluid);
+    GrainEdge<D> edge(self, config.cell, peers.get());
+    FluidEdge<D> fluid(self, config.fluid, peers.get());
     solver.set_friction(config.grain_friction.value_or(0));
     if (!edge.exists()) self.skipped("grains", "no participant sends kinematics", 1.0);
     self.propose_window((edge.exists() ? share_of_a_step : steps_of_a_window) * start.step);
-    if (self.checking()) return describe(solver, config);
     self.keeps(
         [&](sluice::State& state) {
             keep(solver, state);
@@ -263,57 +349,37 @@ void run(sluice::Participant& self, Config const& config)
             start = Start::kept(state);
         });
     auto const front_depth = [&] { return config.front_depth.value_or(start.front_depth); };
-    std::optional<Recorder<D>> recorder;
-    auto const begin_recording = [&](std::optional<double> resumed_at) {
-        bool const works = (config.rotation && config.rotation->ramp > 0) || solver.setup().period.norm() > 0;
-        recorder.emplace(sluice::RunNames{self.directory(), self.name(), self.scene().hash},
-                         Extras{.field_work = works,
-                                .grains = edge.exists(),
-                                .fluid = fluid.exists(),
-                                .rings = config.symmetry == Symmetry::axial},
-                         resumed_at);
-        if (auto const remark = recorder->remark(); !remark.empty()) self.warn(remark);
-    };
+    bool const works = (config.rotation && config.rotation->ramp > 0) || solver.setup().period.norm() > 0;
+    Recording<D> recording(self, solver,
+                           {.field_work = works,
+                            .grains = edge.exists(),
+                            .fluid = fluid.exists(),
+                            .rings = config.symmetry == Symmetry::axial});
     if (!self.resumes()) {
-        begin_recording(std::nullopt);
-        recorder->picture(0.0, solver.state());
-        recorder->row(0.0, solver, front_depth(), start.balance, Vec<D>::Zero(), Vec<D>::Zero());
+        recording.begin(std::nullopt);
+        recording.picture(0.0);
+        recording.row(0.0, front_depth(), start.balance, Vec<D>::Zero(), Vec<D>::Zero());
         edge.tell();
-        fluid.tell(solver.state());
+        fluid.tell(solver);
     }
     sluice::Windows windows = self.windows();
-    if (self.resumes()) begin_recording(self.resumed_at());
+    if (self.resumes()) recording.begin(self.resumed_at());
     bool const iterates = !self.scene().implicit.empty();
     for (sluice::Window const& window : windows) {
-        if (self.went_back()) begin_recording(self.resumed_at());
+        if (self.went_back()) recording.begin(self.resumed_at());
         advance(solver, config, window, edge, fluid, start);
         edge.tell();
-        fluid.tell(solver.state());
+        fluid.tell(solver);
         if (iterates && !self.accepted(window)) continue;
-        if (window.output) recorder->picture(window.end, solver.state());
+        if (window.output) recording.picture(window.end);
         if (window.series)
-            recorder->row(window.end, solver, front_depth(), start.balance, edge.impulse(window.length),
+            recording.row(window.end, front_depth(), start.balance, edge.impulse(window.length),
                           window.length * fluid.force());
     }
-    auto const r = run_out_of(solver.setup(), solver.state(), front_depth());
-    auto const steps = static_cast<double>(std::max<std::int64_t>(1, solver.state().steps));
-    self.fact("points", static_cast<double>(solver.state().points.size()));
-    self.fact("H0 [m]", start.height);
-    self.fact("L0 [m]", start.front);
-    self.fact("longest step [s]", start.step);
-    self.fact("steps", steps);
-    self.fact("final run-out [m]", r.front);
-    self.fact("final height [m]", r.height);
-    self.fact("nodes of almost no mass, a step", static_cast<double>(solver.light_nodes()) / steps);
-    if (edge.exists()) {
-        self.fact("contacts with grains, a step", start.contacts / steps);
-        self.fact("sweeps over them, a step", start.sweeps / steps);
-    }
-    double all = 1;
-    for (int const cells : solver.setup().cells) all *= cells + 1 + 2 * rings_of_nodes(config.basis, D);
-    self.skipped("empty cells", "nodes that no point reaches do not exist",
-                 1 - static_cast<double>(solver.nodes()) / all);
-    recorder->close();
+    solver.state();  // to the first
+    if (self.rank() > 0) return;
+    tell_at_end(self, config, solver, start, edge.exists());
+    recording.close();
 }
 
 void take_part(sluice::Participant& self)
@@ -324,11 +390,11 @@ void take_part(sluice::Participant& self)
     auto reader = self.config();
     Beside const beside{.grains = !self.senders("kinematics").empty(),
                         .fluid = !self.senders("body_force").empty() || !self.receivers("phase").empty(),
-                        .rotation = self.rotation()};
+                        .rotation = self.rotation(),
+                        .processes = self.ranks()};
     Config const config = read_config(reader, scene.dimension, scene.gravity, beside);
-    sluice::require(self.ranks() == 1, [&] {
-        return sluice::Error("mpm: ranks = " + std::to_string(self.ranks()) + " (needed: ranks: 1, or none).");
-    });
+    ranks::refuse_restart(scene, self.name());
+    if (self.rank() > 0) self.covers({{1, 1, 1}, {-1, -1, -1}});  // nothing: the first process hears for all
     scene.dimension == 2 ? run<2>(self, config) : run<3>(self, config);
 }
 

@@ -54,6 +54,8 @@ class PackedStep
     void take(State<D> const& state);
     //! All points, to those that are to have them.
     void give(Setup<D> const& setup, State<D>& state, Whom whom) const;
+    //! Places and velocities, to the first of several processes.
+    void give_motion(State<D>& state) const { gather_motion(shares_, points_, state); }
     //! `loads`: force on each point, in the order of the state [N], plane: [N/m], or none. False: the points lie so far
     //! apart that boxes of nodes would be mostly empty; nothing was done.
     bool step(Setup<D> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<D> const> loads,

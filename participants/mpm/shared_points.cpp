@@ -46,9 +46,31 @@ void gather_points(Shares const& shares, PackedPoints<D> const& points, bool slo
     }
 }
 
+template <int D>
+void gather_motion(Shares const& shares, PackedPoints<D> const& points, State<D>& state)
+{
+    using C = PackedColumns<D>;
+    std::vector<double> numbers;  // index in the state, place, velocity
+    numbers.reserve((1 + 2 * D) * points.size());
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        numbers.push_back(points.order()[k]);
+        for (std::size_t const column : {C::place, C::velocity})
+            for (std::size_t a = 0; a < D; ++a) numbers.push_back(points[column + a][k]);
+    }
+    ranks::join_on_first(*shares.peers(), numbers);
+    if (shares.rank() > 0) return;
+    for (double const* at = numbers.data(); at < numbers.data() + numbers.size(); at += 1 + 2 * D) {
+        Point<D>& p = state.points[static_cast<std::size_t>(at[0])];
+        p.place = Eigen::Map<Vec<D> const>(at + 1);
+        p.velocity = Eigen::Map<Vec<D> const>(at + 1 + D);
+    }
+}
+
 template void move_points<2>(Shares const&, std::span<std::uint32_t const>, PackedPoints<2>&);
 template void move_points<3>(Shares const&, std::span<std::uint32_t const>, PackedPoints<3>&);
 template void gather_points<2>(Shares const&, PackedPoints<2> const&, bool, Whom, State<2>&);
 template void gather_points<3>(Shares const&, PackedPoints<3> const&, bool, Whom, State<3>&);
+template void gather_motion<2>(Shares const&, PackedPoints<2> const&, State<2>&);
+template void gather_motion<3>(Shares const&, PackedPoints<3> const&, State<3>&);
 
 }  // namespace mpm

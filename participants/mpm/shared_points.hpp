@@ -25,4 +25,8 @@ void move_points(Shares const& shares, std::span<std::uint32_t const> to, Packed
 template <int D>
 void gather_points(Shares const& shares, PackedPoints<D> const& points, bool slopes, Whom whom, State<D>& state);
 
+//! Places and velocities alone, into the state of the first process.
+template <int D>
+void gather_motion(Shares const& shares, PackedPoints<D> const& points, State<D>& state);
+
 }  // namespace mpm

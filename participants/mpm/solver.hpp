@@ -50,6 +50,13 @@ class Solver
         write_points(Whom::first);
         return state_;
     }
+    //! Where points are now and how they move; nothing else is up to date.
+    State<D> const& in_motion() const
+    {
+        if (!peers_) return state();
+        if (first_is_behind_) packed_.give_motion(state_);
+        return state_;
+    }
     //! All processes have all of them, and change them alike.
     std::vector<Point<D>>& points()
     {
