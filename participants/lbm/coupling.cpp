@@ -1,7 +1,6 @@
 #include "participants/lbm/coupling.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -10,6 +9,7 @@
 #include "participants/lbm/recorder.hpp"
 #include "participants/lbm/slab_cost.hpp"
 #include "participants/lbm/solver.hpp"
+#include "participants/ranks/known_to_all.hpp"
 #include "participants/ranks/mpi_peers.hpp"
 #include "participants/ranks/restart.hpp"
 
@@ -97,45 +97,6 @@ class SharedSolver
     std::optional<Solver<D>> solver_{};
 };
 
-//! What partners tell the first process, for all.
-template <class Data>
-class KnownToAll
-{
- public:
-    explicit KnownToAll(ranks::Peers* peers) : peers_(peers) {}
-
-    //! The same for all processes; valid until the next call. `told`: what this one was told.
-    Data share(Data const& told)
-    {
-        if (!peers_) return told;
-        auto const columns = told.columns();
-        std::vector<double> numbers{static_cast<double>(told.id.size())};  // of ids the bits, as many of each column
-        for (std::int64_t const id : told.id) numbers.push_back(std::bit_cast<double>(id));
-        for (auto const& column : columns) {
-            numbers.push_back(static_cast<double>(column.size()));
-            numbers.insert(numbers.end(), column.begin(), column.end());
-        }
-        numbers_ = ranks::from_first(*peers_, numbers);
-        auto const* at = numbers_.data();
-        auto const next = [&] {
-            auto const count = static_cast<std::size_t>(*at++);
-            std::span const part{at, count};
-            at += count;
-            return part;
-        };
-        id_.clear();
-        for (double const bits : next()) id_.push_back(std::bit_cast<std::int64_t>(bits));
-        std::vector<std::span<double const>> all;
-        for (std::size_t c = 0; c < columns.size(); ++c) all.push_back(next());
-        return Data::from(id_, all);
-    }
-
- private:
-    ranks::Peers* peers_;
-    std::vector<std::int64_t> id_;
-    std::vector<double> numbers_;
-};
-
 //! Solids finer than a cell: where they are at the start of a window, and the mean force on them in it.
 template <int D>
 class PhaseEdge
@@ -169,7 +130,7 @@ class PhaseEdge
     sluice::Participant& self_;
     std::vector<std::string> receivers_;
     std::string from_;
-    KnownToAll<sluice::SolidPhase> known_;
+    ranks::KnownToAll<sluice::SolidPhase> known_;
     std::vector<std::int64_t> id_;
 };
 
@@ -300,7 +261,7 @@ void run(sluice::Participant& self, Config const& config)
     });
 
     PhaseEdge<D> phase(self, peers.get());
-    KnownToAll<sluice::Kinematics> known(peers.get());
+    ranks::KnownToAll<sluice::Kinematics> known(peers.get());
     MeanLoad<D> load;
     std::vector<double> on_solids(D * config.solids.size());  // mean force of a window
     auto tell = [&] {
