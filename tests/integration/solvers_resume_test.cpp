@@ -182,6 +182,17 @@ Case shared(std::string const& more = "")
             more};
 }
 
+//! A disc that falls on a continuum of two processes, of which the first paces the run.
+Case falling()
+{
+    return {
+        "boulder_drop.yaml",
+        {{"bed:0", ""}, {"bed:1", ""}, {"boulder", ""}},
+        {"time.end=0.01", "participants.bed.ranks=2", "participants.bed.config.bodies.0.box.high=[1, 0.15]",
+         "participants.bed.config.geostatic.surface=0.15", "participants.boulder.config.grains.0.position=[0.5, 0.205]",
+         "output.interval=0.003", "output.series=0.001", "checkpoint.windows=1"}};
+}
+
 //! The same grains without water.
 Case dry()
 {
@@ -261,6 +272,29 @@ void check_stopped(Case const& c, std::vector<std::pair<std::size_t, std::int64_
     }
     c.run("stopped", {never}, true);
     c.check_same("stopped", "whole");
+}
+
+//! Stops a run by the command with SIGTERM, kills one process after the other of what goes on, then lets it end.
+void check_commanded(Case const& c, std::vector<std::string> const& victims)
+{
+    REQUIRE(c.launch("whole")->wait(patience).exit == 0);
+    c.forget_checkpoints("whole");  // they are of other windows
+    auto stopped = c.launch("cut");
+    c.wait_for_checkpoint("cut", 5);
+    stopped->signal(SIGTERM);
+    REQUIRE(stopped->wait(patience).exit == static_cast<int>(sluice::Exit::stopped));
+    for (std::string const& victim : victims) {
+        CAPTURE(victim);
+        auto const before = c.checkpoint("cut");
+        auto running = c.resume("cut");
+        c.wait_for_checkpoint("cut", before + 5);
+        c.kill("cut", victim);
+        auto const result = running->wait(patience);
+        CHECK_MESSAGE(result.exit == static_cast<int>(sluice::Exit::peer_died), result.output);
+    }
+    REQUIRE(c.resume("cut")->wait(patience).exit == 0);
+    c.forget_checkpoints("cut");
+    c.check_same("cut", "whole");
 }
 
 }  // namespace
@@ -415,24 +449,11 @@ TEST_CASE(
 {
     for (std::string const more : {"", "implicit:\n  - {participants: [grains, water], tolerance: {load: 1.0e-4}}\n"}) {
         CAPTURE(more);
-        Case const c = shared(more);
-        REQUIRE(c.launch("whole")->wait(patience).exit == 0);
-        c.forget_checkpoints("whole");  // they are of other windows
-        auto stopped = c.launch("cut");
-        c.wait_for_checkpoint("cut", 5);
-        stopped->signal(SIGTERM);
-        REQUIRE(stopped->wait(patience).exit == static_cast<int>(sluice::Exit::stopped));
-        for (std::string const victim : {"grains:1", "water:1", "water:0", "grains:0"}) {
-            CAPTURE(victim);
-            auto const before = c.checkpoint("cut");
-            auto running = c.resume("cut");
-            c.wait_for_checkpoint("cut", before + 5);
-            c.kill("cut", victim);
-            auto const result = running->wait(patience);
-            CHECK_MESSAGE(result.exit == static_cast<int>(sluice::Exit::peer_died), result.output);
-        }
-        REQUIRE(c.resume("cut")->wait(patience).exit == 0);
-        c.forget_checkpoints("cut");
-        c.check_same("cut", "whole");
+        check_commanded(shared(more), {"grains:1", "water:1", "water:0", "grains:0"});
     }
+}
+
+TEST_CASE("a continuum of two processes under a grain: stopped or killed and resumed by the command, the same bits")
+{
+    check_commanded(falling(), {"bed:1", "bed:0", "boulder"});
 }

@@ -66,6 +66,38 @@ bool same_bytes(std::filesystem::path const& a, std::filesystem::path const& b)
     return !x.empty() && x == y;
 }
 
+std::string ranks(std::string const& who, int count)
+{
+    return "participants." + who + ".ranks=" + std::to_string(count);
+}
+
+//! Runs a scene as its settings say, and with each of `others` besides: `who` leaves the same tables and pictures.
+void compare(std::string const& name, std::vector<std::string> const& settings,
+             std::vector<std::vector<std::string>> const& others, std::string const& who)
+{
+    in_threads::Scratch scratch;
+    auto const started = [&](std::string const& out, std::vector<std::string> const& more) {
+        auto all = settings;
+        all.insert(all.end(), more.begin(), more.end());
+        REQUIRE(run(configs / name, scratch.path() / out, all).exit == 0);
+        return scratch.path() / out;
+    };
+    auto const one = started("one", {});
+    for (auto const& how : others) {
+        CAPTURE(how[0]);
+        auto const many = started("many", how);
+        auto const table = one / (who + ".csv");
+        CHECK(read_table(table).at("time [s]").size() > 2);
+        CHECK(same_bytes(table, many / table.filename()));
+        for (auto const& entry : std::filesystem::recursive_directory_iterator(one / who))
+            CHECK(same_bytes(entry.path(), many / who / entry.path().filename()));
+        for (auto const& entry : std::filesystem::directory_iterator(one))  // lines
+            if (entry.path().filename().string().starts_with(who + ".") && entry.path().extension() == ".csv")
+                CHECK(same_bytes(entry.path(), many / entry.path().filename()));
+        std::filesystem::remove_all(many);
+    }
+}
+
 }  // namespace
 
 TEST_CASE("configs: every scene passes the check and runs shortened with ParaView files and archive that agree")
@@ -201,34 +233,6 @@ TEST_CASE("immersed column: two and three processes that share the grains leave 
 
 TEST_CASE("water of several processes leaves the bytes of one, whatever the grains' processes and the transport")
 {
-    in_threads::Scratch scratch;
-    auto const compare = [&](std::string const& name, std::vector<std::string> const& settings,
-                             std::vector<std::vector<std::string>> const& others, std::string const& fluid) {
-        auto const started = [&](std::string const& out, std::vector<std::string> const& more) {
-            auto all = settings;
-            all.insert(all.end(), more.begin(), more.end());
-            REQUIRE(run(configs / name, scratch.path() / out, all).exit == 0);
-            return scratch.path() / out;
-        };
-        auto const one = started("one", {});
-        for (auto const& how : others) {
-            CAPTURE(how[0]);
-            auto const many = started("many", how);
-            auto const table = one / (fluid + ".csv");
-            CHECK(read_table(table).at("time [s]").size() > 2);
-            CHECK(same_bytes(table, many / table.filename()));
-            for (auto const& entry : std::filesystem::recursive_directory_iterator(one / fluid))
-                CHECK(same_bytes(entry.path(), many / fluid / entry.path().filename()));
-            for (auto const& entry : std::filesystem::directory_iterator(one))  // lines
-                if (entry.path().filename().string().starts_with(fluid + ".") && entry.path().extension() == ".csv")
-                    CHECK(same_bytes(entry.path(), many / entry.path().filename()));
-            std::filesystem::remove_all(many);
-        }
-        std::filesystem::remove_all(one);
-    };
-    auto const ranks = [](std::string const& who, int count) {
-        return "participants." + who + ".ranks=" + std::to_string(count);
-    };
     std::string const two = ranks("water", 2), three = ranks("water", 3), grains = ranks("grains", 2);
     compare("immersed_column.yaml", small(), {{two}, {three}, {two, grains}, {two, grains, "transport=mpi"}}, "water");
     compare("immersed_column.yaml", small({"participants.water.config.precision=single", "output.coarsen=3"}),
@@ -249,6 +253,31 @@ TEST_CASE("water of several processes leaves the bytes of one, whatever the grai
     compare("submerged_column.yaml", {"time.end=0.002", "output.interval=0.001", "output.series=0.001"},
             {{ranks("liquid", 3)}}, "liquid");
     compare("fluidised_bed.yaml", brief, {{ranks("water", 2)}}, "water");
+}
+
+TEST_CASE("a continuum of several processes leaves the bytes of one, alone, with grains and with a fluid of several")
+{
+    std::vector<std::string> const brief{"time.end=0.02", "output.interval=0.01", "output.series=0.002"};
+    compare("mpm_slope.yaml", brief, {{ranks("soil", 2), "participants.soil.config.threads=2"}, {ranks("soil", 3)}},
+            "soil");
+    compare("boulder_drop.yaml", brief, {{ranks("bed", 2)}, {ranks("bed", 3), ranks("boulder", 2)}}, "bed");
+    compare("boulder_in_water.yaml", {"time.end=0.002", "output.interval=0.001", "output.series=0.0005"},
+            {{ranks("bed", 2), ranks("liquid", 2)}, {ranks("bed", 3), "transport=mpi"}}, "bed");
+}
+
+TEST_CASE("a continuum of several processes: a point that leaves the domain ends all, in one line")
+{
+    in_threads::Scratch scratch;
+    auto const result = shell::run(
+        {sluice_command, "run", configs / "mpm_column.yaml", "--out", scratch.path() / "out", "--no-report", "--set",
+         ranks("soil", 2), "--set", "participants.soil.config.domain.size=[0.105, 0.1]", "--set", "time.end=0.2"},
+        scratch.path() / "output", 60);
+    CHECK(result.exit == static_cast<int>(sluice::Exit::numerical));
+    auto const said = result.output.find("has left the domain (must stay inside)");
+    REQUIRE_MESSAGE(said != std::string::npos, result.output);
+    CHECK_MESSAGE(result.output.find("has left the domain", said + 1) == std::string::npos, result.output);
+    CHECK_MESSAGE(result.output.find("\"soil:") != std::string::npos, result.output);
+    CHECK_MESSAGE(result.output.find("bug") == std::string::npos, result.output);
 }
 
 TEST_CASE("water of several processes that blows up in one of them: all stop, with cell and time, and a summary")
@@ -281,14 +310,22 @@ participants:
 TEST_CASE("several processes: what cannot be shared is refused, with the reason, when the scene is checked")
 {
     in_threads::Scratch scratch;
-    auto const refused = [&](std::vector<std::string> const& settings, std::string const& reason) {
-        std::vector<std::string> words{sluice_command, "check", configs / "immersed_column.yaml", "--set",
-                                       "participants.grains.ranks=2"};
+    auto const refused_in = [&](std::string const& scene, std::vector<std::string> const& settings,
+                                std::string const& reason) {
+        std::vector<std::string> words{sluice_command, "check", configs / scene};
         for (auto const& setting : settings) words.insert(words.end(), {"--set", setting});
         auto const result = shell::run(words, scratch.path() / "output", 60);
         CHECK(result.exit == 2);
         CHECK_MESSAGE(result.output.find(reason) != std::string::npos, result.output);
     };
+    auto const refused = [&](std::vector<std::string> settings, std::string const& reason) {
+        settings.insert(settings.begin(), ranks("grains", 2));
+        refused_in("immersed_column.yaml", settings, reason);
+    };
+    refused_in("mpm_column.yaml", {ranks("soil", 3)}, "3 processes for 1280 points");
+    refused_in("hanging_gel.yaml", {ranks("gel", 2)}, "2 processes with what goes one point at a time");
+    refused_in("boulder_drop.yaml", {ranks("bed", 2), "on-death=restart", "checkpoint={windows: 10}"},
+               "bed: on-death: restart with 2 processes that are coupled");
     refused({"participants.grains.config.sleep={speed: 1.0e-5, time: 0.005}"},
             "dem: grains that may sleep cannot be shared");
     refused({"on-death=restart", "checkpoint={windows: 10}"},
