@@ -14,12 +14,21 @@ NodeBox<D> given_to(NodeBox<D> const& nodes, NodeBox<D> const& box, std::span<st
     return around<D>(parts);
 }
 
-//! each(a row of nodes of `part` in the planes of `box`, how many)
-template <int D, class Each>
-void each_row(NodeBox<D> const& part, Planes<D> const& box, Each&& each)
+//! What planes of a box have on a part of it, one after the other; returns where the next goes.
+template <int D>
+double* copy_part(NodeBox<D> const& part, Planes<D> const& box, std::size_t from, std::size_t count, double* to)
 {
-    auto const length = static_cast<std::size_t>(part.count[0]);
-    for (std::size_t k = 0; k < part.nodes(); k += length) each(box.at(part.index(k)), length);
+    auto const stride = static_cast<std::size_t>(box.count[0]), layer = stride * static_cast<std::size_t>(box.count[1]);
+    std::size_t const first = box.at(part.first);
+    int const layers = D == 3 ? part.count[D - 1] : 1;
+    for (std::size_t q = from; q < from + count; ++q)
+        for (int z = 0; z < layers; ++z)
+            for (int y = 0; y < part.count[1]; ++y) {
+                std::size_t const row =
+                    first + static_cast<std::size_t>(z) * layer + static_cast<std::size_t>(y) * stride;
+                to = std::copy_n(box[q] + row, part.count[0], to);
+            }
+    return to;
 }
 
 }  // namespace
@@ -35,12 +44,17 @@ typename Borders<D>::Neighbour Borders<D>::neighbour(Shares const& shares, int r
     Neighbour n{rank, {}};
     auto const own = chunks_of(shares.rank());
     for (std::size_t c = 0; c < own.size(); ++c)
-        if (auto const part = given_to<D>(nodes_[static_cast<std::size_t>(rank)], own[c], rounds); !part.empty())
+        if (auto const part = given_to<D>(nodes_[static_cast<std::size_t>(rank)], own[c], rounds); !part.empty()) {
             n.out.push_back({c, part});
+            n.nodes_out += part.nodes();
+        }
     n.first_in = in_.size();
     for (NodeBox<D> const& box : chunks_of(rank))
-        if (auto const part = given_to<D>(nodes_[static_cast<std::size_t>(shares.rank())], box, rounds); !part.empty())
-            in_.push_back({part});
+        if (auto const part = given_to<D>(nodes_[static_cast<std::size_t>(shares.rank())], box, rounds);
+            !part.empty()) {
+            in_.push_back({part, nullptr, part.nodes()});
+            n.nodes_in += part.nodes();
+        }
     n.last_in = in_.size();
     return n;
 }
@@ -63,10 +77,7 @@ void Borders<D>::lay_out(Shares const& shares, std::span<NodeBox<D> const> boxes
         if (!n.out.empty() || n.first_in < n.last_in) neighbours_.push_back(std::move(n));
     }
     std::size_t all = 0;
-    for (Planes<D>& box : in_) {
-        box.plane = box.nodes();
-        all += packed::Given<D>::count * box.plane;
-    }
+    for (Neighbour const& n : neighbours_) all += packed::Given<D>::count * n.nodes_in;
     if (numbers_.size() < all) numbers_.resize(all);
     double* next = numbers_.data();
     for (Planes<D>& box : in_) {
@@ -83,16 +94,10 @@ void Borders<D>::swap(std::span<Planes<D> const> own, std::size_t from, std::siz
         Neighbour const& n = neighbours_[k];
         ranks::Parcel& parcel = parcels_[k];
         parcel.peer = n.rank;
-        parcel.out.clear();
-        for (Part const& part : n.out)
-            for (std::size_t q = from; q < from + count; ++q)
-                each_row(part.nodes, own[part.chunk], [&](std::size_t at, std::size_t length) {
-                    double const* const row = own[part.chunk][q] + at;
-                    parcel.out.insert(parcel.out.end(), row, row + length);
-                });
-        std::size_t coming = 0;
-        for (std::size_t i = n.first_in; i < n.last_in; ++i) coming += count * in_[i].plane;
-        parcel.in.resize(coming);
+        parcel.out.resize(count * n.nodes_out);
+        double* to = parcel.out.data();
+        for (Part const& part : n.out) to = copy_part(part.nodes, own[part.chunk], from, count, to);
+        parcel.in.resize(count * n.nodes_in);
     }
     peers_->swap(parcels_);
     for (std::size_t k = 0; k < parcels_.size(); ++k) {

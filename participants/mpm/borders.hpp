@@ -38,7 +38,8 @@ class Borders
     {
         int rank;
         std::vector<Part> out;
-        std::size_t first_in = 0, last_in = 0;  //!< of in_, one beyond the last
+        std::size_t first_in = 0, last_in = 0;    //!< of in_, one beyond the last
+        std::size_t nodes_out = 0, nodes_in = 0;  //!< of all parts
     };
     Neighbour neighbour(Shares const& shares, int rank, std::span<NodeBox<D> const> boxes,
                         std::span<std::array<int, D> const> rounds);

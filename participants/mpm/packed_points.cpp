@@ -95,11 +95,13 @@ void PackedPoints<D>::move(std::span<std::uint32_t const> to)
 {
     std::vector<double> moved(column_[C::place].size(), 0.0);
     for (std::size_t c = 0; c < C::kept; ++c) {
-        for (std::size_t k = 0; k < to.size(); ++k) moved[to[k]] = column_[c][k];
+        for (std::size_t k = 0; k < to.size(); ++k)
+            if (to[k] != nowhere) moved[to[k]] = column_[c][k];
         column_[c].swap(moved);
     }
     std::vector<std::int32_t> order(order_.size());
-    for (std::size_t k = 0; k < to.size(); ++k) order[to[k]] = order_[k];
+    for (std::size_t k = 0; k < to.size(); ++k)
+        if (to[k] != nowhere) order[to[k]] = order_[k];
     order_.swap(order);
 }
 

@@ -51,7 +51,8 @@ class PackedPoints
     void take(State<D> const& state, std::size_t begin, std::size_t end);
     //! Back to where they came from; `begin`: place of the first in the order. With `slopes`, or zero.
     void give(State<D>& state, std::size_t begin, bool slopes) const;
-    //! Each to another place.
+    static constexpr std::uint32_t nowhere = UINT32_MAX;
+    //! Each to another place; one that goes nowhere is lost.
     void move(std::span<std::uint32_t const> to);
     void add_row(std::size_t k, std::vector<double>& rows) const;
     void set_row(std::size_t k, double const* numbers);

@@ -8,21 +8,27 @@ namespace mpm {
 template <int D>
 void move_points(Shares const& shares, std::span<std::uint32_t const> to, PackedPoints<D>& points)
 {
-    constexpr std::size_t row = PackedPoints<D>::row;
+    int const rank = shares.rank();
+    std::size_t const begin = shares.begin(rank);
     std::vector<std::vector<double>> rows(static_cast<std::size_t>(shares.processes()));
-    for (std::size_t k = 0; k < points.size(); ++k)
-        points.add_row(k, rows[static_cast<std::size_t>(shares.owner(to[shares.begin(shares.rank()) + k]))]);
+    std::vector<std::uint32_t> here;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        int const owner = shares.owner(to[begin + k]);
+        if (owner != rank) points.add_row(k, rows[static_cast<std::size_t>(owner)]);
+        here.push_back(owner == rank ? to[begin + k] - static_cast<std::uint32_t>(begin) : PackedPoints<D>::nowhere);
+    }
+    points.move(here);
     std::vector<ranks::Bytes> out;
     for (auto const& some : rows) out.push_back(ranks::to_bytes(some));
     auto const in = shares.peers()->all_to_all(std::move(out));
-    std::size_t const first = shares.begin(shares.rank());
     for (int from = 0; from < shares.processes(); ++from) {  // in the order in which they were put there
+        if (from == rank) continue;
         auto const came = ranks::rows_of<double>(in[static_cast<std::size_t>(from)]);
         double const* next = came.data();
         for (std::size_t k = shares.begin(from); k < shares.end(from); ++k) {
-            if (shares.owner(to[k]) != shares.rank()) continue;
-            points.set_row(to[k] - first, next);
-            next += row;
+            if (shares.owner(to[k]) != rank) continue;
+            points.set_row(to[k] - begin, next);
+            next += PackedPoints<D>::row;
         }
     }
 }
