@@ -18,16 +18,8 @@ NodeBox<D> given_to(NodeBox<D> const& nodes, NodeBox<D> const& box, std::span<st
 template <int D>
 double* copy_part(NodeBox<D> const& part, Planes<D> const& box, std::size_t from, std::size_t count, double* to)
 {
-    auto const stride = static_cast<std::size_t>(box.count[0]), layer = stride * static_cast<std::size_t>(box.count[1]);
-    std::size_t const first = box.at(part.first);
-    int const layers = D == 3 ? part.count[D - 1] : 1;
     for (std::size_t q = from; q < from + count; ++q)
-        for (int z = 0; z < layers; ++z)
-            for (int y = 0; y < part.count[1]; ++y) {
-                std::size_t const row =
-                    first + static_cast<std::size_t>(z) * layer + static_cast<std::size_t>(y) * stride;
-                to = std::copy_n(box[q] + row, part.count[0], to);
-            }
+        box.each_row(part, [&](std::size_t row, std::size_t length) { to = std::copy_n(box[q] + row, length, to); });
     return to;
 }
 

@@ -48,6 +48,18 @@ struct NodeBox
             if (node[a] < first[a] || node[a] >= first[a] + count[a]) return false;
         return true;
     }
+    //! each(place of the first node, how many), for each row of nodes along x of a part of this box.
+    template <class Each>
+    void each_row(NodeBox const& part, Each&& each) const
+    {
+        if (part.empty()) return;
+        auto const stride = static_cast<std::size_t>(count[0]), layer = stride * static_cast<std::size_t>(count[1]);
+        std::size_t const begin = at(part.first), length = static_cast<std::size_t>(part.count[0]);
+        auto const rows = static_cast<std::size_t>(part.count[1]);
+        std::size_t const layers = D == 3 ? static_cast<std::size_t>(part.count[D - 1]) : 1;
+        for (std::size_t z = 0; z < layers; ++z)
+            for (std::size_t y = 0; y < rows; ++y) each(begin + z * layer + y * stride, length);
+    }
     NodeBox moved(std::array<int, D> const& way) const
     {
         NodeBox box = *this;

@@ -36,6 +36,7 @@ void PackedNodes<D>::lay_out(Planes<D> const& box, Setup<D> const& setup)
         slices_[s].begin = s * each, slices_[s].end = (s + 1) * each;
         slices_[s].sums = {};
     }
+    leave_out({});
 }
 
 template <int D>
@@ -47,13 +48,21 @@ typename PackedNodes<D>::Sums PackedNodes<D>::sums() const
 }
 
 template <int D>
-bool PackedNodes<D>::is_first(std::array<int, D> const& index) const
+void PackedNodes<D>::leave_out(std::span<NodeBox<D> const> boxes)
 {
-    for (std::size_t a = 0; a < D; ++a)
-        if (period_[a] > 0 && index[a] - period_[a] >= planes_.first[a]) return false;
-    return std::ranges::none_of(left_out_, [&](NodeBox<D> const& box) {
-        return std::ranges::any_of(rounds_, [&](auto const& round) { return box.moved(round).has(index); });
-    });
+    bool const all = rounds_.size() == 1 && boxes.empty();
+    counted_.assign(all ? 0 : planes_.nodes(), 1);
+    auto const leave = [&](NodeBox<D> const& part) {
+        planes_.each_row(part, [&](std::size_t row, std::size_t length) { std::fill_n(&counted_[row], length, 0); });
+    };
+    for (std::size_t a = 0; a < D && !all; ++a) {  // the same nodes once more
+        if (period_[a] == 0) continue;
+        NodeBox<D> again = planes_;
+        again.first[a] += period_[a], again.count[a] -= period_[a];
+        leave(again);
+    }
+    for (NodeBox<D> const& box : boxes)
+        for (auto const& round : rounds_) leave(common<D>(planes_, box.moved(round)));
 }
 
 template <int D>

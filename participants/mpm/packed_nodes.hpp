@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "participants/mpm/exact_sum.hpp"
@@ -34,7 +33,7 @@ class PackedNodes
     //! apart are one: each of them has all that is given to any, so that points need not go round.
     void lay_out(Planes<D> const& box, Setup<D> const& setup);
     //! Sums leave out nodes that lie in these boxes, too: others have counted them.
-    void leave_out(std::vector<NodeBox<D>> boxes) { left_out_ = std::move(boxes); }
+    void leave_out(std::span<NodeBox<D> const> boxes);
     Planes<D> const& planes() const { return planes_; }
     //! Ways to the nodes that are the same, none included, in the order in which they are added.
     std::span<std::array<int, D> const> rounds() const { return rounds_; }
@@ -87,17 +86,13 @@ class PackedNodes
     void hold_node(std::size_t node, Wall const& wall, Slice& slice);
     void book_damping(Slice& slice, double share) const;
     void add_box(int line, Planes<D> const& box, std::array<int, D> const& round, std::size_t from, std::size_t count);
-    //! Whether no other node is the same one and comes before, here or with others; sums take one.
-    bool counts(std::size_t node) const
-    {
-        return (rounds_.size() == 1 && left_out_.empty()) || is_first(planes_.index(node));
-    }
-    bool is_first(std::array<int, D> const& index) const;
+    //! Whether sums take a node: of those that are the same, here or with others, one.
+    bool counts(std::size_t node) const { return counted_.empty() || counted_[node] != 0; }
 
     Planes<D> planes_;
     std::array<int, D> period_{};  //!< of joined sides, in nodes; 0: none
     std::vector<std::array<int, D>> rounds_;
-    std::vector<NodeBox<D>> left_out_;
+    std::vector<char> counted_;  //!< of each node; none: all are
     std::vector<double> numbers_;
     std::vector<Slice> slices_;
 };

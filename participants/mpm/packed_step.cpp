@@ -167,7 +167,7 @@ bool PackedStep<D>::lay_out(Setup<D> const& setup)
     nodes_.lay_out({around<D>(own)}, setup);
     if (peers_) {
         borders_.lay_out(shares_, everywhere, nodes_.rounds());
-        nodes_.leave_out({borders_.nodes().begin(), borders_.nodes().begin() + shares_.rank()});
+        nodes_.leave_out(std::span(borders_.nodes()).first(static_cast<std::size_t>(shares_.rank())));
     }
     boxes_.assign(borders_.before().begin(), borders_.before().end());
     for (NodeBox<D> const& box : own) boxes_.push_back({box});
