@@ -76,7 +76,7 @@ struct Scene
     char const* what;
     mpm::Config config;
     bool loads = false, grains = false, streams = false;
-    int steps = 70;
+    int steps = 40;  // beyond the second sort
 };
 
 template <int D>
@@ -110,9 +110,9 @@ std::vector<mpm::Grain<D>> grains_at(double time)
     std::vector<mpm::Grain<D>> grains(2);
     grains[0].id = 7, grains[1].id = 3;
     grains[0].radius = 0.05, grains[1].radius = 0.04;
-    grains[0].place[0] = D == 2 ? 0.205 : 0.36, grains[1].place[0] = 0.11;
-    grains[0].place[D - 1] = 0.06, grains[1].place[D - 1] = D == 2 ? 0.145 : 0.25;
-    grains[0].velocity[0] = -1, grains[1].velocity[D - 1] = -2;
+    grains[0].place[0] = D == 2 ? 0.202 : 0.36, grains[1].place[0] = 0.11;
+    grains[0].place[D - 1] = 0.06, grains[1].place[D - 1] = D == 2 ? 0.142 : 0.25;
+    grains[0].velocity[0] = -2, grains[1].velocity[D - 1] = -2;
     if constexpr (D == 3) grains[0].place[1] = grains[1].place[1] = 0.1;
     for (auto& g : grains) g.spin[0] = 20, g.place += time * g.velocity;
     return grains;
@@ -171,6 +171,8 @@ Trace alone(Scene const& scene)
     mpm::keep(solver, kept);
     mpm::restore(solver, kept);
     run(solver, scene, scene.steps, true, trace);
+    for (auto const& push : solver.grains().pushes()) CHECK(push.impulse.norm() > 0);
+    for (auto const& impulse : solver.grains().plate_impulses()) CHECK(impulse.norm() > 0);
     return trace;
 }
 
@@ -220,7 +222,7 @@ void check(std::vector<Scene> const& scenes, std::vector<int> const& processes)
 
 TEST_CASE("ranks: points in the plane that processes share get the bits of one")
 {
-    check<2>({{"collapse", collapse<2>()}}, {2, 5});
+    check<2>({{"collapse", collapse<2>(), false, false, false, 70}}, {2, 5});
     auto usl = collapse<2>();
     usl.scheme = mpm::Scheme::usl, usl.affine = false, usl.flip = 0.95, usl.damping = 3;
     auto spline = collapse<2>();
@@ -243,31 +245,30 @@ TEST_CASE("ranks: so they do across joined sides, and as rings")
     auto rings = full<2>({false, true}, 30);
     rings.symmetry = mpm::Symmetry::axial;
     check<2>({{"rings", rings, false, false, true}}, {3});
-    check<3>({{"joined sides", full<3>({false, true, true}, 8), true, false, true, 40}}, {4});
+    check<3>({{"joined sides", full<3>({false, true, true}, 8), true, false, true}}, {4});
 }
 
 TEST_CASE("ranks: so they do in space")
 {
     auto usl = collapse<3>();
     usl.scheme = mpm::Scheme::usl, usl.damping = 3;
-    check<3>({{"collapse", collapse<3>(), false, false, false, 40}, {"usl, loads", usl, true, false, false, 40}}, {3});
+    check<3>({{"collapse", collapse<3>()}, {"usl, loads", usl, true}}, {3});
 }
 
 TEST_CASE("ranks: so they do with grains and plates")
 {
     auto tilted = collapse<2>();
-    mpm::Plate<3> plate{.point = {0.3, 0, 0}, .normal = mpm::Vec3(-1, 0.3, 0).normalized(), .friction = 0.3};
-    plate.motion.velocity = {-1, 0, 0};
+    mpm::Plate<3> plate{.point = {0.152, 0, 0}, .normal = mpm::Vec3(-1, 0.3, 0).normalized(), .friction = 0.3};
+    plate.motion.velocity = {-2, 0, 0};
     tilted.plates.push_back(plate);
     check<2>({{"grains", collapse<2>(), false, true}, {"grains and a plate", tilted, true, true}}, {3});
-    check<3>({{"spheres", collapse<3>(), false, true, false, 40}}, {3});
+    check<3>({{"spheres", collapse<3>(), false, true}}, {3});
 }
 
 TEST_CASE("ranks: points go to the process whose part they come to lie in")
 {
     Scene const scene{"streams", full<2>({true, false}, 30), false, false, true};
     auto const holders = [](mpm::State<2> const& state) {
-        mpm::Shares const shares(nullptr, state.points.size());
         std::vector<std::size_t> chunk(state.points.size());
         for (std::size_t k = 0; k < chunk.size(); ++k)
             chunk[static_cast<std::size_t>(state.order[k])] = k / mpm::Shares::chunk;
