@@ -154,8 +154,8 @@ class FluidEdge
         if (to.empty()) return;
         auto const& state = solver.in_motion();
         id_.clear(), position_.clear(), velocity_.clear(), volume_.clear();
-        for (Point<D> const& p : state.points) {
-            if (self_.rank() > 0) break;  // the first has all
+        auto const all = std::span(state.points).first(self_.rank() == 0 ? state.points.size() : 0);
+        for (Point<D> const& p : all) {
             id_.push_back(p.id);
             position_.insert(position_.end(), p.place.data(), p.place.data() + D);
             velocity_.insert(velocity_.end(), p.velocity.data(), p.velocity.data() + D);
