@@ -26,17 +26,17 @@ mpm::Law soil()
 
 //! A column behind a gate that goes at 2 ms, and a block that falls on it; thin in space.
 template <int D>
-mpm::Config collapse()
+mpm::Config collapse(double cell = D == 2 ? 0.005 : 0.025)
 {
     mpm::Config c;
     c.dimension = D;
     c.density = 1900;
     c.law = soil();
     c.shared_volume = true;
-    c.cell = D == 2 ? 0.004 : 0.025;
+    c.cell = cell;
     c.gravity[D - 1] = -9.81;
     c.size = D == 2 ? std::array{0.6, 0.3, 0.0} : std::array{1.0, 0.2, 0.6};
-    double const width = D == 2 ? 0.15 : 0.3;
+    double const width = D == 2 ? 0.15 : 0.2;
     c.bodies.push_back({.low = {0, 0, 0}, .high = {width, D == 2 ? 0.1 : 0.2, 0.2}});
     c.bodies.push_back({.low = {0.02, D == 2 ? 0.11 : 0.04, 0.24},
                         .high = {0.07, D == 2 ? 0.16 : 0.14, 0.34},
@@ -76,7 +76,7 @@ struct Scene
     char const* what;
     mpm::Config config;
     bool loads = false, grains = false, streams = false;
-    int steps = 40;  // beyond the second sort
+    int steps = 36;  // beyond the second sort
 };
 
 template <int D>
@@ -110,7 +110,7 @@ std::vector<mpm::Grain<D>> grains_at(double time)
     std::vector<mpm::Grain<D>> grains(2);
     grains[0].id = 7, grains[1].id = 3;
     grains[0].radius = 0.05, grains[1].radius = 0.04;
-    grains[0].place[0] = D == 2 ? 0.202 : 0.36, grains[1].place[0] = 0.11;
+    grains[0].place[0] = D == 2 ? 0.202 : 0.26, grains[1].place[0] = 0.11;
     grains[0].place[D - 1] = 0.06, grains[1].place[D - 1] = D == 2 ? 0.142 : 0.25;
     grains[0].velocity[0] = -2, grains[1].velocity[D - 1] = -2;
     if constexpr (D == 3) grains[0].place[1] = grains[1].place[1] = 0.1;
@@ -222,7 +222,7 @@ void check(std::vector<Scene> const& scenes, std::vector<int> const& processes)
 
 TEST_CASE("ranks: points in the plane that processes share get the bits of one")
 {
-    check<2>({{"collapse", collapse<2>(), false, false, false, 70}}, {2, 5});
+    check<2>({{"collapse", collapse<2>(0.004), false, false, false, 70}}, {2, 5});
     auto usl = collapse<2>();
     usl.scheme = mpm::Scheme::usl, usl.affine = false, usl.flip = 0.95, usl.damping = 3;
     auto spline = collapse<2>();
@@ -240,8 +240,8 @@ TEST_CASE("ranks: points in the plane that processes share get the bits of one")
 TEST_CASE("ranks: so they do across joined sides, and as rings")
 {
     using Joined = std::array<bool, 3>;
-    for (Joined const& joined : {Joined{true}, Joined{false, true}, Joined{true, true}})
-        check<2>({{"joined sides", full<2>(joined, 30), joined[0], false, true}}, {3});
+    for (Joined const& joined : {Joined{true}, Joined{true, true}})
+        check<2>({{"joined sides", full<2>(joined, 30), !joined[1], false, true}}, {3});
     auto rings = full<2>({false, true}, 30);
     rings.symmetry = mpm::Symmetry::axial;
     check<2>({{"rings", rings, false, false, true}}, {3});
@@ -261,7 +261,7 @@ TEST_CASE("ranks: so they do with grains and plates")
     mpm::Plate<3> plate{.point = {0.152, 0, 0}, .normal = mpm::Vec3(-1, 0.3, 0).normalized(), .friction = 0.3};
     plate.motion.velocity = {-2, 0, 0};
     tilted.plates.push_back(plate);
-    check<2>({{"grains", collapse<2>(), false, true}, {"grains and a plate", tilted, true, true}}, {3});
+    check<2>({{"grains and a plate", tilted, true, true}}, {3});
     check<3>({{"spheres", collapse<3>(), false, true}}, {3});
 }
 
@@ -288,9 +288,10 @@ TEST_CASE("ranks: points far from each other, which go one at a time, get the bi
 {
     auto far = collapse<2>();
     far.size = {4, 4, 0};
+    far.bodies[0].high = {0.08, 0.08, 0};
     far.walls.clear();
     far.bodies[1] = {.low = {3.6, 3.6, 0}, .high = {3.65, 3.65, 0}, .velocity = {-0.1, 0.3, 0}};
-    check<2>({{"far apart", far, false, false, false, 6}}, {2});
+    check<2>({{"far apart", far, false, false, false, 4}}, {2});
 }
 TEST_CASE("ranks: what goes wrong in one process ends all, with the words of one")
 {
@@ -336,7 +337,7 @@ TEST_CASE("ranks: what processes cannot share is refused")
         }
         return text;
     };
-    auto c = collapse<2>();
+    auto c = collapse<2>(0.004);
     CHECK(refused(c, 5).empty());
     CHECK(contains(refused(c, 6), "6 processes for 4375 points"));
     c.basis = mpm::BasisKind::cpdi;
