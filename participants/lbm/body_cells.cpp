@@ -21,7 +21,7 @@ template <int D>
 BodyCells<D>::BodyCells(Domain<D> const& domain, std::array<bool, 3> periodic)
     : cells_(domain.whole().cells()), periodic_(periodic), begin_(domain.begin()), end_(domain.end())
 {
-    std::ptrdiff_t const layers = cells_[D - 1], below = domain.peers() ? 1 : 0;
+    std::ptrdiff_t const layers = cells_[D - 1], below = domain.peers() && domain.peers()->count() > 1 ? 1 : 0;
     if (periodic_[D - 1]) {
         known_ = std::min(end_ - begin_ + 2 * below, layers);
         lowest_ = wrap(begin_ - below, layers);

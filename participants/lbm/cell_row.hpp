@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 #include "participants/lbm/lanes.hpp"
 #include "participants/lbm/populations.hpp"
@@ -140,6 +141,7 @@ template <int D, bool grains, class V, class Stored, class Collide>
                                                       Collide collide)
 {
     constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
+    assert(!grains || rows.count == 1);
     std::ptrdiff_t const end = rows.end, whole = rows.begin + (end - rows.begin) / lanes * lanes;
     rows.end = whole;
     if (whole > rows.begin) collide(slots, solid, rows, 0);

@@ -36,12 +36,16 @@ Slabs::Slabs(Layout const& whole, std::size_t axis, int count, std::span<double 
                              " layers of cells for a lattice of " + std::to_string(cells.size()) +
                              " (needed: one of each).");
     });
+    // lest processes without bodies have all the memory: none stores more than three even shares, but for whole layers
+    auto const stored = static_cast<double>(std::accumulate(cells.begin(), cells.end(), std::ptrdiff_t{0}));
+    double const all_extra = std::accumulate(extra.begin(), extra.end(), 0.0);
+    double const counted = all_extra > 2 * stored ? 2 * stored / all_extra : 1;
     std::vector<std::ptrdiff_t> filled;  // layers
     std::vector<double> cost;            // of those
     for (std::size_t k = 0; k < cells.size(); ++k) {
         if (cells[k] == 0) continue;
         filled.push_back(static_cast<std::ptrdiff_t>(k));
-        cost.push_back(static_cast<double>(cells[k]) + (extra.empty() ? 0.0 : extra[k]));
+        cost.push_back(static_cast<double>(cells[k]) + (extra.empty() ? 0.0 : counted * extra[k]));
     }
     std::size_t const layers = filled.size();
     sluice::require(static_cast<std::size_t>(count) <= layers,

@@ -101,7 +101,10 @@ class Populations
 
     std::size_t bytes() const noexcept
     {
-        return bytes_ + (D == 2 ? 12 : 20) * bytes_of(precision_) * static_cast<std::size_t>(rows());
+        std::size_t all = bytes_;
+        for (Ends const& ends : ends_)
+            for (auto const& of_direction : ends) all += of_direction.size();
+        return all;
     }
 
  private:

@@ -29,10 +29,12 @@ std::vector<double> cost_of_bodies(Config const& config, BodiesView const& bodie
     for (std::size_t i = 0; i < bodies.radius.size(); ++i) {
         double const radius = config.hydrodynamic_radius * bodies.radius[i] / config.cell,
                      centre = (bodies.position[D * i + D - 1] - config.origin[D - 1]) / config.cell;
-        auto const end = static_cast<std::ptrdiff_t>(std::floor(centre + radius + 0.5));
-        for (auto k = static_cast<std::ptrdiff_t>(std::ceil(centre - radius - 0.5)); k < end; ++k) {
-            std::ptrdiff_t const layer = config.periodic(D - 1) ? wrap(k, layers) : k;
-            if (layer < 0 || layer >= layers) continue;
+        bool const round = config.periodic(D - 1);
+        double const least = round ? centre - static_cast<double>(layers) : 0,
+                     most = least + static_cast<double>(round ? 2 * layers : layers);
+        auto const end = static_cast<std::ptrdiff_t>(std::floor(std::min(centre + radius + 0.5, most)));
+        for (auto k = static_cast<std::ptrdiff_t>(std::ceil(std::max(centre - radius - 0.5, least))); k < end; ++k) {
+            std::ptrdiff_t const layer = round ? wrap(k, layers) : k;
             double const off = static_cast<double>(k) + 0.5 - centre,
                          square = std::max(radius * radius - off * off, 0.0);  // of the section's radius
             cost[static_cast<std::size_t>(layer)] +=

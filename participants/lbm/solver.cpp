@@ -281,8 +281,11 @@ std::ptrdiff_t Solver<D>::collide_from(std::ptrdiff_t r, std::ptrdiff_t end)
     covered_cells_[static_cast<std::size_t>(r)] = 0;
     auto const strips = coverage_.row(r);
     bool const fine = phase_ && phase_->reaches(r);
-    if (!fine && !strips.empty() && all_rest(strips)) return collide_still_row(r, slots, strips), 1;
-    if (fine || !strips.empty()) return collide_covered_row(r, slots, strips), 1;
+    if (fine || !strips.empty()) {
+        bool const still = !fine && all_rest(strips);
+        still ? collide_still_row(r, slots, strips) : collide_covered_row(r, slots, strips);
+        return 1;
+    }
     std::ptrdiff_t const most = turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
     CellRows cells{0, layout_.row(r).cells, 1, populations_.stride(r)};
     for (; cells.count < most; ++cells.count) {

@@ -94,14 +94,15 @@ template <int D>
 Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings const& around);
 
 //! Rewrites the populations that enter rows [begin, end) from outside of their box, before they collide, from the one
-//! that left into a ghost cell: into that of the box that it left. Cells that are not stored throw it back half-way. A
-//! wall or an inflow throws it back half-way and adds 6 w_q rho_0 c_q.u (Ladd, J. Fluid Mech. 271 (1994) 285), so that
-//! what flows in is rho_0 u; a given density throws it back with the other sign and adds twice the even part of the
-//! equilibrium of that density and the cell's velocity, and (2 - s) times the even part that is not in equilibrium, the
-//! stress (Ginzburg, Verhaeghe and d'Humieres, Commun. Comput. Phys. 3 (2008) 427); a periodic side takes the one that
-//! left on the other side. Links through an edge belong to a wall at rest, else to the side across the last axis (top
-//! and bottom before the others). Touches slots of those rows alone, and may be repeated until note_turned(). A wall
-//! without friction takes the one that left in the mirrored direction.
+//! that left into a ghost cell: into that of the box that it left; of one that left a row at its end, from Rows::ends.
+//! Cells that are not stored throw it back half-way. A wall or an inflow throws it back half-way and adds 6 w_q rho_0
+//! c_q.u (Ladd, J. Fluid Mech. 271 (1994) 285), so that what flows in is rho_0 u; a given density throws it back with
+//! the other sign and adds twice the even part of the equilibrium of that density and the cell's velocity, and (2 - s)
+//! times the even part that is not in equilibrium, the stress (Ginzburg, Verhaeghe and d'Humieres, Commun. Comput.
+//! Phys. 3 (2008) 427); a periodic side takes the one that left on the other side. Links through an edge belong to a
+//! wall at rest, else to the side across the last axis (top and bottom before the others). Touches slots of those rows
+//! alone, and may be repeated until note_turned(). A wall without friction takes the one that left in the mirrored
+//! direction.
 template <int D, class Stored>
 void enter_from_outside(Rows<D, Stored> const& populations, std::ptrdiff_t begin, std::ptrdiff_t end,
                         Walls const& walls);

@@ -282,11 +282,11 @@ int main(int argc, char** argv)
                 note(name, metric(threads, precision), updates / 1e6, "MLUPS", "roofline",
                      updates * bytes_per_update<3>(precision) / limit);
             };
-            show("D3Q19 TRT", space, lbm::Operator::trt, 0, 0);
+            show("D3Q19 TRT, 192 x 160 x 160", space, lbm::Operator::trt, 0, 0);
             show("D3Q19 TRT, 128 cells each way", cube, lbm::Operator::trt, 0, 0);
-            show("D3Q19 MRT", space, lbm::Operator::mrt, 0, 0);
-            show("D3Q19 MRT + LES", space, lbm::Operator::mrt, 0.1, 0);
-            show("D3Q19 central moments", space, lbm::Operator::central, 0, 0);
+            show("D3Q19 MRT, 192 x 160 x 160", space, lbm::Operator::mrt, 0, 0);
+            show("D3Q19 MRT + LES, 192 x 160 x 160", space, lbm::Operator::mrt, 0.1, 0);
+            show("D3Q19 central moments, 192 x 160 x 160", space, lbm::Operator::central, 0, 0);
             show("D3Q19 TRT + spheres, whole step", cube, lbm::Operator::trt, 0, 8);
             show("D3Q19 TRT + spheres, interpolated, whole step", cube, lbm::Operator::trt, 0, 8,
                  lbm::Surface::interpolated);
