@@ -170,7 +170,8 @@ void GrainContacts<D>::consider(Setup<D> const& setup, double dt, std::int64_t i
     }
 }
 
-//! By hat functions for every basis: their nodes are among those of the point, so that no weight is lost.
+//! By hat functions for every basis: their nodes are among those of the point, but for one of no more weight than
+//! rounding, where half a point's width is half a cell; it may have no mass, and gets nothing.
 template <int D>
 void GrainContacts<D>::add(Setup<D> const& setup, double dt, double gap, Vec<D> const& face, Contact c)
 {

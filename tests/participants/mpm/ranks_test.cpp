@@ -262,10 +262,17 @@ TEST_CASE("ranks: so they do with grains and plates")
     plate.motion.velocity = {-2, 0, 0};
     tilted.plates.push_back(plate);
     check<2>({{"grains and a plate", tilted, true, true}}, {3});
+    auto coarse = collapse<2>();  // half a point's width is half a cell: faces lie on nodes, to rounding
+    coarse.points = 1;
+    coarse.bodies = {{.high = {0.15, 0.1, 0}}, {.low = {0, 0.1, 0}, .high = {0.06, 0.29, 0}}};
+    coarse.walls.pop_back();
+    coarse.plates = {{.point = {0.1505, 0, 0}, .normal = {-1, 0, 0}, .friction = 0.3}};
+    coarse.plates[0].motion.velocity = {-1, 0, 0};
+    check<2>({{"one point a cell", coarse, false, true}}, {2});
     check<3>({{"spheres", collapse<3>(), false, true}}, {3});
 }
 
-TEST_CASE("ranks: points go to the process whose part they come to lie in")
+TEST_CASE("ranks: points that stream come to lie in chunks of others")
 {
     Scene const scene{"streams", full<2>({true, false}, 30), false, false, true};
     auto const holders = [](mpm::State<2> const& state) {
