@@ -85,7 +85,6 @@ bool PackedStep<D>::lay_out(Setup<D> const& setup)
     return true;
 }
 
-//! By cells, in tiles; among all processes.
 template <int D>
 void PackedStep<D>::sort(Setup<D> const& setup)
 {

@@ -15,8 +15,6 @@ namespace {
 
 using namespace packed;
 
-constexpr std::int64_t sorted_every = 32;  //!< steps; 8 to 128 are within 2 %
-
 PackedElastic packed_law(LinearElastic const& law, double)
 {
     return PackedElastic(law);
@@ -289,10 +287,9 @@ void PackedStep<D>::add_up(Outcome& outcome)
 }
 
 template <int D>
-bool PackedStep<D>::go(Given const& now, std::int64_t steps, GrainContacts<D>& grains, Outcome& outcome)
+bool PackedStep<D>::go(Given const& now, GrainContacts<D>& grains, Outcome& outcome)
 {
     Setup<D> const& setup = now.setup;
-    if (steps % sorted_every == 0) sort(setup);
     if (!lay_out(setup)) return false;
     outcome = {};
     bool const changes = setup.frame && setup.frame->changes(now.time);
@@ -316,17 +313,17 @@ bool PackedStep<D>::go(Given const& now, std::int64_t steps, GrainContacts<D>& g
 }
 
 template <int D>
-bool PackedStep<D>::step(Setup<D> const& setup, double time, std::int64_t steps, double dt,
-                         std::span<Vec<D> const> loads, GrainContacts<D>& grains, Outcome& outcome)
+bool PackedStep<D>::step(Setup<D> const& setup, double time, double dt, std::span<Vec<D> const> loads,
+                         GrainContacts<D>& grains, Outcome& outcome)
 {
     Given const now{setup, time, dt, loads};
-    if (threads_ == 1) return go(now, steps, grains, outcome);
+    if (threads_ == 1) return go(now, grains, outcome);
     using Clock = std::chrono::steady_clock;
     auto const begin = Clock::now();
     together_ = pace_.together();
     std::optional<sluice::Team::Awake> awake;
     if (together_) awake.emplace(*team_);
-    bool const done = go(now, steps, grains, outcome);
+    bool const done = go(now, grains, outcome);
     pace_.took(std::chrono::duration<double>(Clock::now() - begin).count());
     return done;
 }

@@ -38,6 +38,7 @@ class PackedStep
 
     static constexpr std::size_t chunk = Shares::chunk;  //!< points
     static constexpr std::size_t worth_sharing = 10000;  //!< nodes; threads share so many
+    static constexpr std::int64_t sorted_every = 32;     //!< steps; 8 to 128 are within 2 %
 
     //! `peers`: the processes that share the points, all of which make the same calls; null: there is one.
     explicit PackedStep(int threads, ranks::Peers* peers = nullptr);
@@ -56,10 +57,12 @@ class PackedStep
     void give(Setup<D> const& setup, State<D>& state, Whom whom) const;
     //! Places and velocities, to the first of several processes.
     void give_motion(State<D>& state) const { gather_motion(shares_, points_, state); }
+    //! Puts the points of all in the order of their cells, in tiles.
+    void sort(Setup<D> const& setup);
     //! `loads`: force on each point, in the order of the state [N], plane: [N/m], or none. False: the points lie so far
     //! apart that boxes of nodes would be mostly empty; nothing was done.
-    bool step(Setup<D> const& setup, double time, std::int64_t steps, double dt, std::span<Vec<D> const> loads,
-              GrainContacts<D>& grains, Outcome& outcome);
+    bool step(Setup<D> const& setup, double time, double dt, std::span<Vec<D> const> loads, GrainContacts<D>& grains,
+              Outcome& outcome);
 
  private:
     using G = packed::Given<D>;
@@ -80,7 +83,7 @@ class PackedStep
         Shape shape{setup.basis == BasisKind::spline ? 0.5 : setup.half_width, setup.origin[0] / setup.cell};
     };
 
-    bool go(Given const& now, std::int64_t steps, GrainContacts<D>& grains, Outcome& outcome);
+    bool go(Given const& now, GrainContacts<D>& grains, Outcome& outcome);
     template <class Each>
     void share(std::size_t count, Each&& each);
     template <class Each>
@@ -89,7 +92,6 @@ class PackedStep
     void each_slice(Each&& each);
     NodeBox<D> find_box(Setup<D> const& setup, Chunk& chunk);
     bool lay_out(Setup<D> const& setup);
-    void sort(Setup<D> const& setup);
     std::span<Planes<D>> own_boxes() { return {boxes_.data() + borders_.before().size(), chunks_.size()}; }
     void share_boxes(std::size_t from, std::size_t count);
     void touch_grains(Given const& now, GrainContacts<D>& grains, Outcome& outcome);

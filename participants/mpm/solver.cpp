@@ -182,8 +182,12 @@ bool Solver<D>::step_packed(double dt)
     if (!PackedStep<D>::serves(setup_)) return false;
     if (!packed_has_points_) packed_.take(state_);
     packed_has_points_ = true;
+    if (state_.steps % PackedStep<D>::sorted_every == 0) {
+        packed_.sort(setup_);
+        first_is_behind_ = others_are_behind_ = true;  // even if it can do no more: the order is part of the state
+    }
     typename PackedStep<D>::Outcome o;
-    if (!packed_.step(setup_, state_.time, state_.steps, dt, loads_, grains_, o)) return false;
+    if (!packed_.step(setup_, state_.time, dt, loads_, grains_, o)) return false;
     first_is_behind_ = others_are_behind_ = true;
     state_.time += dt;
     ++state_.steps;

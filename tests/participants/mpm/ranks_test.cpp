@@ -71,6 +71,19 @@ mpm::Config full(std::array<bool, 3> const& joined, int cells)
     return c;
 }
 
+//! A block, and a ball that flies away from it until points lie too far apart, and comes back.
+mpm::Config ball_that_comes_back()
+{
+    auto c = collapse<2>(0.01);
+    c.law = mpm::LinearElastic{{1e6, 0.3}};
+    c.gravity = {};
+    c.size = {2.14, 2.14, 0};
+    c.walls = {{0, 1, 2.14}, {1, 1, 2.14}};
+    c.bodies = {{.low = {0.2, 0.2, 0}, .high = {0.38, 0.38, 0}, .velocity = {0.5, 0.3, 0}},
+                {.low = {2.08, 2.08, 0}, .high = {2.1, 2.1, 0}, .velocity = {30, 30, 0}}};
+    return c;
+}
+
 struct Scene
 {
     char const* what;
@@ -300,6 +313,33 @@ TEST_CASE("ranks: points far from each other, which go one at a time, get the bi
     far.bodies[1] = {.low = {3.6, 3.6, 0}, .high = {3.65, 3.65, 0}, .velocity = {-0.1, 0.3, 0}};
     check<2>({{"far apart", far, false, false, false, 4}}, {2});
 }
+
+TEST_CASE("ranks: who looks at points changes nothing, in turns of both ways of a step")
+{
+    Scene const scene{"ball", ball_that_comes_back()};
+    auto const go = [&](ranks::Peers* peers, std::int64_t looked_at, int steps) {
+        Trace trace;
+        auto solver = solver_of<2>(scene, peers);
+        for (int k = 0; k < steps; ++k) {
+            solver.step(0.5 * solver.longest_step());
+            if (k % 32 == looked_at) solver.state();
+        }
+        look(solver, !peers || peers->rank() == 0, trace);
+        return trace;
+    };
+    auto const check_two = [&](std::int64_t looked_at, int steps, Trace const& one) {
+        unit::on_processes(2, [&](ranks::Peers& peers) {
+            Trace const mine = go(&peers, looked_at, steps);
+            CHECK((peers.rank() > 0 || mine == one));
+        });
+    };
+    Trace const apart = go(nullptr, -1, 40);  // one at a time from step 32 on, which sorts
+    CHECK(go(nullptr, 31, 40) == apart);
+    check_two(-1, 40, apart);
+    check_two(31, 40, apart);
+    check_two(31, 300, go(nullptr, -1, 300));  // four at a time again
+}
+
 TEST_CASE("ranks: what goes wrong in one process ends all, with the words of one")
 {
     auto const said = [](Scene const& scene, int processes, int steps) {
