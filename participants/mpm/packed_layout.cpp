@@ -101,7 +101,7 @@ void PackedStep<D>::sort(Setup<D> const& setup)
     for (std::size_t a = 0; a < D; ++a) box.count[a] = high[a] - low[a] + 1;
     if (peers_) box = around<D>(ranks::everyone(*peers_, box));
     Tiles<D> const tiles(box);
-    if (tiles.keys() > 100 * most_nodes_of_a_point * static_cast<double>(shares_.points())) return;
+    if (!tiles.serve(shares_.points())) return;
     std::vector<std::uint32_t> keys;
     for (auto const& cell : cells) keys.push_back(tiles.key(cell));
     if (peers_) keys = ranks::all_rows(*peers_, keys);

@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace mpm {
+namespace {
+
+constexpr double most_keys_of_a_point = 5000;
+
+}  // namespace
 
 template <int D>
 Tiles<D>::Tiles(NodeBox<D> const& cells) : first_(cells.first)
@@ -21,6 +26,12 @@ double Tiles<D>::keys() const
     double count = 1;
     for (auto const tiles : tiles_) count *= double(tiles) * edge;
     return count;
+}
+
+template <int D>
+bool Tiles<D>::serve(std::size_t points) const
+{
+    return keys() <= std::min(most_keys_of_a_point * static_cast<double>(points), double(UINT32_MAX));
 }
 
 template <int D>

@@ -22,6 +22,9 @@ class Tiles
 
     explicit Tiles(NodeBox<D> const& cells);
     double keys() const;  //!< how many there are
+    //! Whether to sort so many points by them: not if 32 bits do not count them, or if they are so many more than
+    //! points that counting them takes longer than it saves.
+    bool serve(std::size_t points) const;
     std::uint32_t key(std::array<int, D> const& cell) const;
 
  private:

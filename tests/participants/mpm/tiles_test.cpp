@@ -38,6 +38,14 @@ TEST_CASE("tiles: every cell has a number of its own, tile by tile, the longest 
     CHECK(in_space[deep.at({0, 4, 0})] == 256);
 }
 
+TEST_CASE("tiles: points are not sorted by keys that are too many for them, or for their numbers")
+{
+    CHECK(mpm::Tiles<2>({{0, 0}, {160, 160}}).serve(6));  // 25600
+    CHECK(!mpm::Tiles<2>({{0, 0}, {160, 160}}).serve(5));
+    CHECK(mpm::Tiles<2>({{0, 0}, {65536, 65520}}).serve(1000000));
+    CHECK(!mpm::Tiles<2>({{0, 0}, {65536, 65536}}).serve(1000000));  // 2^32
+}
+
 TEST_CASE("tiles: what has the same key keeps its order")
 {
     std::vector<std::uint32_t> const keys{2, 0, 2, 3, 0};
