@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -44,30 +45,45 @@ class ExactSum
     double value() const
     {
         if (spoilt_) return std::numeric_limits<double>::quiet_NaN();
-        auto digits = carried(part_);
+        Digits digits{};
+        std::copy(part_.begin(), part_.end(), digits.begin() + 2);
+        digits = carried(digits);
         bool const below = digits.back() < 0;
         if (below) {
             for (std::int64_t& digit : digits) digit = -digit;
             digits = carried(digits);
         }
-        double sum = 0;
-        for (std::size_t k = digits.size(); k-- > 0;)
-            sum += std::ldexp(static_cast<double>(digits[k]), 32 * static_cast<int>(k) - 256);
-        return below ? -sum : sum;
+        return below ? -rounded(digits) : rounded(digits);
     }
 
  private:
     using Parts = std::array<std::int64_t, 16>;
+    using Digits = std::array<std::int64_t, 19>;    //!< the parts, after two of 0, and what they carry over
     static constexpr int lowest = 1075 - 256 - 52;  //!< exponent, as doubles have it, of 2^-256
 
-    //! The same number with all parts but the last from 0 to 2^32 - 1.
-    static Parts carried(Parts parts)
+    //! The same number with all digits but the last from 0 to 2^32 - 1.
+    static Digits carried(Digits digits)
     {
-        for (std::size_t k = 0; k + 1 < parts.size(); ++k) {
-            parts[k + 1] += parts[k] >> 32;
-            parts[k] &= 0xffffffff;
+        for (std::size_t k = 0; k + 1 < digits.size(); ++k) {
+            digits[k + 1] += digits[k] >> 32;
+            digits[k] &= 0xffffffff;
         }
-        return parts;
+        return digits;
+    }
+    //! Of digits from 0 to 2^32 - 1: the first 64 bits, of which the last one also says whether any follow.
+    static double rounded(Digits const& digits)
+    {
+        std::size_t top = digits.size() - 1;
+        while (top > 2 && digits[top] == 0) --top;
+        auto const digit = [&](std::size_t k) { return static_cast<std::uint64_t>(digits[k]); };
+        std::uint64_t const first = digit(top) << 32 | digit(top - 1), next = digit(top - 2);
+        if (first == 0) return 0;
+        int const shift = std::countl_zero(first);
+        std::uint64_t const bits = first << shift | (next << shift) >> 32;
+        bool more = (next << shift & 0xffffffff) != 0;
+        for (std::size_t k = 0; k + 2 < top; ++k) more = more || digits[k] != 0;
+        int const place = 32 * (static_cast<int>(top) - 3) - 256 - shift;
+        return std::ldexp(static_cast<double>(bits | std::uint64_t{more}), place);
     }
 
     Parts part_{};  //!< part k counts in 2^(32 k - 256)

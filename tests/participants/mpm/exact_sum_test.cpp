@@ -29,6 +29,16 @@ TEST_CASE("exact_sum: what doubles hold exactly comes out, of any size and sign"
     for (double const x : {0x1p244, -HUGE_VAL, std::nan("")}) CHECK(std::isnan(sum_of({1, x})));
 }
 
+TEST_CASE("exact_sum: it is rounded once, to the nearest number, ties to even")
+{
+    CHECK(sum_of({1, 0x1p-53}) == 1);
+    CHECK(sum_of({1, 0x1p-53, 0x1p-250}) == 1 + 0x1p-52);
+    CHECK(sum_of({1, 0x1p-53, -0x1p-250}) == 1);
+    CHECK(sum_of({-1, -0x1p-52, -0x1p-53, 0x1p-120}) == -1 - 0x1p-52);
+    CHECK(sum_of({0x1p31, 0x1p-22, 0x1p-70}) == 0x1p31 + 0x1p-21);
+    CHECK(sum_of({0x1.fffffffffffffp243, 0x1.fffffffffffffp243}) == 0x1.fffffffffffffp244);
+}
+
 TEST_CASE("exact_sum: it is within a rounding of the sum, in any order and in parts")
 {
     std::vector<double> terms;
