@@ -55,7 +55,8 @@ void require_usable(Solver<D> const& solver, State<D> const& state)
 sluice::State known_to_all(ranks::Peers* peers, sluice::State const& own)
 {
     if (!peers) return own;
-    return sluice::State::decode(ranks::from_first(*peers, own.encode()), "the first process's checkpoint");
+    auto const encoded = peers->rank() == 0 ? own.encode() : ranks::Bytes{};
+    return sluice::State::decode(ranks::much_from_first(*peers, encoded), "the first process's checkpoint");
 }
 
 }  // namespace
@@ -63,8 +64,9 @@ sluice::State known_to_all(ranks::Peers* peers, sluice::State const& own)
 template <int D>
 void keep(Solver<D> const& solver, sluice::State& kept)
 {
-    State<D> state = solver.state();
+    State<D> const& now = solver.state();
     if (solver.peers() && solver.peers()->rank() > 0) return;
+    State<D> state = now;
     std::vector<std::int64_t> ids;
     for (Point<D> const& p : state.points) ids.push_back(p.id);
     kept.put("points/id", std::span<std::int64_t const>(ids));
@@ -90,7 +92,7 @@ void restore(Solver<D>& solver, sluice::State const& own)
 {
     auto const kept = known_to_all(solver.peers(), own);
     State<D> state;
-    auto const ids = kept.integers("points/id", solver.state().points.size());
+    auto const ids = kept.integers("points/id", solver.count());
     state.points.resize(ids.size());
     for (std::size_t p = 0; p < ids.size(); ++p) state.points[p].id = ids[p];
     auto const order = kept.integers("points/order", ids.size());

@@ -115,6 +115,21 @@ std::vector<Row> from_first(Peers& peers, std::vector<Row> const& rows)
     return first ? rows : rows_of<Row>(in[0]);
 }
 
+//! Bytes that process 0 has, for all, of any number: in pieces.
+inline Bytes much_from_first(Peers& peers, Bytes const& bytes, std::size_t piece = std::size_t{1} << 28)
+{
+    std::size_t const size = from_first(peers, std::vector{bytes.size()})[0];
+    Bytes all;
+    all.reserve(size);
+    while (all.size() < size) {
+        auto const rest = std::span(bytes).subspan(std::min(all.size(), bytes.size()));
+        auto const next = rest.first(std::min(piece, rest.size()));
+        auto const came = from_first(peers, Bytes(next.begin(), next.end()));
+        all.insert(all.end(), came.begin(), came.end());
+    }
+    return all;
+}
+
 //! The sums over all processes, number by number, added up by rank.
 template <class Number = std::int64_t>
 std::vector<Number> sums(Peers& peers, std::vector<Number> const& mine)

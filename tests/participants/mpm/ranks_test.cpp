@@ -131,6 +131,31 @@ std::vector<mpm::Grain<D>> grains_at(double time)
     return grains;
 }
 
+//! Sizes of what comes from other processes.
+class MeasuredPeers final : public ranks::Peers
+{
+ public:
+    explicit MeasuredPeers(ranks::Peers& peers) : peers_(peers) {}
+
+    int rank() const override { return peers_.rank(); }
+    int count() const override { return peers_.count(); }
+    std::vector<ranks::Bytes> all_to_all(std::vector<ranks::Bytes> out) override
+    {
+        auto in = peers_.all_to_all(std::move(out));
+        for (std::size_t p = 0; p < in.size(); ++p)
+            if (static_cast<int>(p) != rank()) came.push_back(in[p].size());
+        return in;
+    }
+    void start(std::span<ranks::Parcel> parcels) override { peers_.start(parcels); }
+    void finish() override { peers_.finish(); }
+    std::vector<double> numbers(double mine) override { return peers_.numbers(mine); }
+
+    std::vector<std::size_t> came;  //!< bytes
+
+ private:
+    ranks::Peers& peers_;
+};
+
 //! All that partners, tables and pictures see.
 using Trace = std::vector<double>;
 
@@ -338,6 +363,33 @@ TEST_CASE("ranks: who looks at points changes nothing, in turns of both ways of 
     check_two(-1, 40, apart);
     check_two(31, 40, apart);
     check_two(31, 300, go(nullptr, -1, 300));  // four at a time again
+}
+
+TEST_CASE("ranks: no points travel to a process that goes back to a checkpoint, but those in it")
+{
+    Scene const scene{"collapse", collapse<2>()};
+    unit::on_processes(2, [&](ranks::Peers& peers) {
+        MeasuredPeers measured(peers);
+        auto solver = solver_of<2>(scene, &measured);
+        sluice::State kept;
+        mpm::keep(solver, kept);
+        solver.step(solver.longest_step());
+        measured.came.clear();
+        mpm::restore(solver, kept);
+        for (std::size_t const bytes : measured.came) CHECK((peers.rank() > 0 || bytes == 0));
+    });
+}
+
+TEST_CASE("ranks: what the first process has much of reaches all, in pieces")
+{
+    for (std::size_t const size : {0, 1, 300, 301, 1000})
+        unit::on_processes(3, [&](ranks::Peers& peers) {
+            ranks::Bytes bytes;
+            for (std::size_t k = 0; k < size; ++k) bytes.push_back(static_cast<std::byte>(k));
+            MeasuredPeers measured(peers);
+            CHECK(ranks::much_from_first(measured, peers.rank() == 0 ? bytes : ranks::Bytes{}, 300) == bytes);
+            for (std::size_t const came : measured.came) CHECK(came <= 300);
+        });
 }
 
 TEST_CASE("ranks: what goes wrong in one process ends all, with the words of one")
