@@ -1,14 +1,10 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <ctime>
-#include <fstream>
 #include <initializer_list>
 #include <numbers>
-#include <string>
 
-#include "coupler/base/error.hpp"
+#include "tests/verification/error_table.hpp"
 #include "tests/verification/lbm/cavity.hpp"
 #include "tests/verification/lbm/channel_cylinder.hpp"
 #include "tests/verification/lbm/disc_array.hpp"
@@ -16,18 +12,10 @@
 #include "tests/verification/lbm/sphere_array.hpp"
 
 //! Errors of five flows against the time that they take, at four resolutions or more, for each operator, boundary
-//! method and precision. SLUICE_ERRORS_CSV names a file for the table (plot_errors.py draws it).
+//! method and precision.
 using namespace lattice_case;
 
 namespace {
-
-//! Of all threads of this process [s].
-double processor_time()
-{
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct Named
 {
@@ -46,16 +34,7 @@ constexpr Named surfaces_too[] = {{"trt, interpolated", {.collision = lbm::Opera
 class Table
 {
  public:
-    Table()
-    {
-        if (char const* const file = std::getenv("SLUICE_ERRORS_CSV")) {
-            csv_.open(file);
-            csv_ << "case,way,cells,error,seconds\n";
-        }
-    }
-
-    //! `error(cells, variant)` for all ways, those with other surfaces only where there are bodies; the finest one of
-    //! each way is checked.
+    //! `error(cells, variant)` for all ways, those with other surfaces only where there are bodies.
     template <class Error>
     void add(char const* what, std::initializer_list<int> resolutions, bool bodies, double mark, Error&& error)
     {
@@ -64,31 +43,17 @@ class Table
             if (bodies) add_way(what, way, resolutions, mark, error);
     }
 
-    //! The same for one way.
+    //! The same for one way. No marks for bgk: with it the place of a surface depends on tau.
     template <class Error>
     void add_way(char const* what, Named const& way, std::initializer_list<int> resolutions, double mark, Error&& error)
     {
-        for (int const cells : resolutions) {
-            double const start = processor_time();
-            double got = std::nan("");  // blew up
-            try {
-                got = error(cells, way.variant);
-            } catch (sluice::Error const& e) {
-                CHECK(e.exit() == sluice::Exit::numerical);
-            }
-            double const seconds = processor_time() - start;
-            csv_ << what << ",\"" << way.name << "\"," << cells << ',' << got << ',' << seconds << std::endl;
-            std::printf("%-24s %-18s %4d cells: %9.2e in %7.2f s\n", what, way.name, cells, got, seconds);
-            // no marks for bgk: with it the place of a surface depends on tau
-            if (cells == *(resolutions.end() - 1) && way.variant.collision != lbm::Operator::bgk) {
-                CAPTURE(std::string(what) + ", " + way.name);
-                CHECK(got < mark);
-            }
-        }
+        bool const marked = way.variant.collision != lbm::Operator::bgk;
+        table_.add(what, way.name, resolutions, marked ? mark : 0,
+                   [&](int cells) { return error(cells, way.variant); });
     }
 
  private:
-    std::ofstream csv_;
+    verification::ErrorTable table_{"lbm"};
 };
 
 }  // namespace

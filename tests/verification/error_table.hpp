@@ -1,0 +1,65 @@
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <initializer_list>
+#include <string>
+
+#include "coupler/base/error.hpp"
+
+namespace verification {
+
+//! Of all threads of this process [s].
+inline double processor_time()
+{
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+//! Errors against the time that they take. SLUICE_ERRORS names a folder for tables SOLVER.csv (plot_errors.py draws
+//! them).
+class ErrorTable
+{
+ public:
+    explicit ErrorTable(std::string const& solver)
+    {
+        if (char const* const folder = std::getenv("SLUICE_ERRORS")) {
+            csv_.open(std::string(folder) + '/' + solver + ".csv");
+            csv_ << "case,way,cells,error,seconds\n";
+        }
+    }
+
+    //! `error(cells)` of one way; the finest one is checked, if there is a mark (> 0).
+    template <class Error>
+    void add(std::string const& what, std::string const& way, std::initializer_list<int> resolutions, double mark,
+             Error&& error)
+    {
+        for (int const cells : resolutions) {
+            double const start = processor_time();
+            double got = std::nan("");  // blew up
+            try {
+                got = error(cells);
+            } catch (sluice::Error const& e) {
+                CHECK(e.exit() == sluice::Exit::numerical);
+            }
+            double const seconds = processor_time() - start;
+            csv_ << what << ",\"" << way << "\"," << cells << ',' << got << ',' << seconds << std::endl;
+            std::printf("%-24s %-18s %4d cells: %9.2e in %7.2f s\n", what.c_str(), way.c_str(), cells, got, seconds);
+            if (cells == *(resolutions.end() - 1) && mark > 0) {
+                CAPTURE(what + ", " + way);
+                CHECK(got < mark);
+            }
+        }
+    }
+
+ private:
+    std::ofstream csv_;
+};
+
+}  // namespace verification
