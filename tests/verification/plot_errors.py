@@ -34,8 +34,9 @@ def read(path):
 
 def main():
     cases = read(sys.argv[1])
-    rows = math.ceil((len(cases) + 1) / 3)
-    figure, axes = plt.subplots(rows, 3, figsize=(12, 3.5 * rows))
+    columns = len(cases) + 1 if len(cases) < 4 else 3  # one for the legend
+    rows = math.ceil((len(cases) + 1) / columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(4 * columns, 3.5 * rows))
     for one, (name, ways) in zip(axes.flat, cases.items()):
         for way, points in ways.items():
             colour, marker, line = STYLES[way]
