@@ -1,5 +1,8 @@
 #pragma once
 
+#include <doctest/doctest.h>
+
+#include <algorithm>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -115,6 +118,23 @@ inline void on_processes(int count, std::function<void(ranks::Peers&)> const& bo
         });
     for (auto& thread : threads) thread.join();
     if (failure) std::rethrow_exception(failure);
+}
+
+//! Of each scene (with a name, `what`), what one leaves alone, a vector, is what the first of so many processes leaves.
+template <class Scene, class Alone, class Shared>
+void check_bits_of_one(std::vector<Scene> const& scenes, std::vector<int> const& processes, Alone&& alone,
+                       Shared&& shared)
+{
+    for (Scene const& scene : scenes) {
+        CAPTURE(scene.what);
+        auto const one = alone(scene);
+        for (int const count : processes) {
+            CAPTURE(count);
+            auto const many = shared(scene, count);
+            REQUIRE(many.size() == one.size());
+            CHECK(std::mismatch(one.begin(), one.end(), many.begin()).first == one.end());
+        }
+    }
 }
 
 }  // namespace unit

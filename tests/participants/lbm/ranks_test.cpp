@@ -287,16 +287,7 @@ std::vector<Scene> scenes_in_space()
 template <int D>
 void check(std::vector<Scene> const& scenes, std::vector<int> const& processes)
 {
-    for (Scene const& scene : scenes) {
-        CAPTURE(scene.what);
-        auto const one = alone<D>(scene);
-        for (int const count : processes) {
-            CAPTURE(count);
-            auto const many = shared<D>(scene, count);
-            REQUIRE(many.size() == one.size());
-            CHECK(std::mismatch(one.begin(), one.end(), many.begin()).first == one.end());
-        }
-    }
+    unit::check_bits_of_one(scenes, processes, alone<D>, shared<D>);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "participants/mpm/checkpoint.hpp"
 #include "participants/mpm/setup.hpp"
 #include "participants/mpm/solver.hpp"
+#include "tests/participants/mpm/full_domain.hpp"
 #include "tests/support/contains.hpp"
 #include "tests/support/thread_peers.hpp"
 
@@ -49,26 +50,11 @@ mpm::Config collapse(double cell = D == 2 ? 0.005 : 0.025)
     return c;
 }
 
-//! A domain full of matter that streams through joined sides, in waves.
+//! A domain full of matter that streams through joined sides.
 template <int D>
-mpm::Config full(std::array<bool, 3> const& joined, int cells)
+mpm::Config streaming(unit::Joined const& joined, int cells)
 {
-    mpm::Config c;
-    c.dimension = D;
-    c.density = 1900;
-    c.law = soil();
-    c.shared_volume = true;
-    c.cell = 0.01;
-    double const length = cells * c.cell;
-    c.size = {length, length, D == 3 ? length : 0};
-    c.bodies.push_back({.high = c.size});
-    for (std::size_t a = 0; a < D; ++a) {
-        if (joined[a]) c.gravity[a] = static_cast<double>(a) - 2.5;
-        for (int side : {-1, 1})
-            c.walls.push_back({static_cast<int>(a), side, side < 0 ? 0 : length,
-                               joined[a] ? mpm::WallKind::joined : mpm::WallKind::rough, 0.3});
-    }
-    return c;
+    return unit::full<D>(soil(), joined, cells, mpm::WallKind::rough, 0.3);
 }
 
 //! A block, and a ball that flies away from it until points lie too far apart, and comes back.
@@ -244,16 +230,7 @@ Trace shared(Scene const& scene, int processes)
 template <int D>
 void check(std::vector<Scene> const& scenes, std::vector<int> const& processes)
 {
-    for (Scene const& scene : scenes) {
-        CAPTURE(scene.what);
-        auto const one = alone<D>(scene);
-        for (int const count : processes) {
-            CAPTURE(count);
-            auto const many = shared<D>(scene, count);
-            REQUIRE(many.size() == one.size());
-            CHECK(std::mismatch(one.begin(), one.end(), many.begin()).first == one.end());
-        }
-    }
+    unit::check_bits_of_one(scenes, processes, alone<D>, shared<D>);
 }
 
 }  // namespace
@@ -279,11 +256,11 @@ TEST_CASE("ranks: so they do across joined sides, and as rings")
 {
     using Joined = std::array<bool, 3>;
     for (Joined const& joined : {Joined{true}, Joined{true, true}})
-        check<2>({{"joined sides", full<2>(joined, 30), !joined[1], false, true}}, {3});
-    auto rings = full<2>({false, true}, 30);
+        check<2>({{"joined sides", streaming<2>(joined, 30), !joined[1], false, true}}, {3});
+    auto rings = streaming<2>({false, true}, 30);
     rings.symmetry = mpm::Symmetry::axial;
     check<2>({{"rings", rings, false, false, true}}, {3});
-    check<3>({{"joined sides", full<3>({false, true, true}, 8), true, false, true}}, {4});
+    check<3>({{"joined sides", streaming<3>({false, true, true}, 8), true, false, true}}, {4});
 }
 
 TEST_CASE("ranks: so they do in space")
@@ -312,7 +289,7 @@ TEST_CASE("ranks: so they do with grains and plates")
 
 TEST_CASE("ranks: points that stream come to lie in chunks of others")
 {
-    Scene const scene{"streams", full<2>({true, false}, 30), false, false, true};
+    Scene const scene{"streams", streaming<2>({true, false}, 30), false, false, true};
     auto const holders = [](mpm::State<2> const& state) {
         std::vector<std::size_t> chunk(state.points.size());
         for (std::size_t k = 0; k < chunk.size(); ++k)
@@ -416,7 +393,7 @@ TEST_CASE("ranks: what goes wrong in one process ends all, with the words of one
     open.walls.clear();
     open.bodies[0].velocity = {0, -1, 0};
     Scene const escape{"a point leaves", open}, inside{"a grain", collapse<2>(), false, true};
-    Scene const flat{"J < 0", full<2>({true, false}, 30), false, false, true};
+    Scene const flat{"J < 0", streaming<2>({true, false}, 30), false, false, true};
     for (auto const& [scene, reason] :
          {std::pair{escape, "has left the domain"}, {inside, "cells inside grain"}, {flat, "J = "}}) {
         auto const one = said(scene, 1, 70);
