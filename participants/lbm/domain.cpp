@@ -37,7 +37,7 @@ Slabs::Slabs(Layout const& whole, std::size_t axis, int count, std::span<double 
                              " (needed: one of each).");
     });
     // lest processes without bodies have all the memory: none stores more than three even shares, but for whole layers
-    auto const stored = static_cast<double>(std::accumulate(cells.begin(), cells.end(), std::ptrdiff_t{0}));
+    auto const stored = static_cast<double>(whole.stored());
     double const all_extra = std::accumulate(extra.begin(), extra.end(), 0.0);
     double const counted = all_extra > 2 * stored ? 2 * stored / all_extra : 1;
     std::vector<std::ptrdiff_t> filled;  // layers

@@ -30,8 +30,8 @@ std::vector<double> cost_of_bodies(Config const& config, BodiesView const& bodie
         double const radius = config.hydrodynamic_radius * bodies.radius[i] / config.cell,
                      centre = (bodies.position[D * i + D - 1] - config.origin[D - 1]) / config.cell;
         bool const round = config.periodic(D - 1);
-        double const least = round ? centre - static_cast<double>(layers) : 0,
-                     most = least + static_cast<double>(round ? 2 * layers : layers);
+        auto const height = static_cast<double>(layers);
+        double const least = round ? centre - height : 0, most = round ? centre + height : height;
         auto const end = static_cast<std::ptrdiff_t>(std::floor(std::min(centre + radius + 0.5, most)));
         for (auto k = static_cast<std::ptrdiff_t>(std::ceil(std::max(centre - radius - 0.5, least))); k < end; ++k) {
             std::ptrdiff_t const layer = round ? wrap(k, layers) : k;

@@ -16,16 +16,16 @@ using sluice::require;
 template <int D, class Each>
 void each_column(Each&& each)
 {
-    each("points/place", D, [](Point<D>& p) { return p.place.data(); });
-    each("points/velocity", D, [](Point<D>& p) { return p.velocity.data(); });
-    each("points/slope", D * D, [](Point<D>& p) { return p.slope.data(); });
-    each("points/mass", 1, [](Point<D>& p) { return &p.mass; });
-    each("points/volume", 1, [](Point<D>& p) { return &p.volume; });
-    each("points/gradient", 9, [](Point<D>& p) { return p.matter.gradient.data(); });
-    each("points/ratio", 1, [](Point<D>& p) { return &p.matter.ratio; });
-    each("points/stress", 9, [](Point<D>& p) { return p.matter.stress.data(); });
-    each("points/plastic_strain", 1, [](Point<D>& p) { return &p.matter.plastic_strain; });
-    each("points/gap", 1, [](Point<D>& p) { return &p.matter.gap; });
+    each("points/place", D, [](auto& p) { return p.place.data(); });
+    each("points/velocity", D, [](auto& p) { return p.velocity.data(); });
+    each("points/slope", D * D, [](auto& p) { return p.slope.data(); });
+    each("points/mass", 1, [](auto& p) { return &p.mass; });
+    each("points/volume", 1, [](auto& p) { return &p.volume; });
+    each("points/gradient", 9, [](auto& p) { return p.matter.gradient.data(); });
+    each("points/ratio", 1, [](auto& p) { return &p.matter.ratio; });
+    each("points/stress", 9, [](auto& p) { return p.matter.stress.data(); });
+    each("points/plastic_strain", 1, [](auto& p) { return &p.matter.plastic_strain; });
+    each("points/gap", 1, [](auto& p) { return &p.matter.gap; });
 }
 
 //! An edge of a point's domain that F leaves no length has no direction (half_edges()).
@@ -64,9 +64,8 @@ sluice::State known_to_all(ranks::Peers* peers, sluice::State const& own)
 template <int D>
 void keep(Solver<D> const& solver, sluice::State& kept)
 {
-    State<D> const& now = solver.state();
+    State<D> const& state = solver.state();
     if (solver.peers() && solver.peers()->rank() > 0) return;
-    State<D> state = now;
     std::vector<std::int64_t> ids;
     for (Point<D> const& p : state.points) ids.push_back(p.id);
     kept.put("points/id", std::span<std::int64_t const>(ids));
@@ -75,7 +74,7 @@ void keep(Solver<D> const& solver, sluice::State& kept)
     kept.put("points/order", std::span<std::int64_t const>(order));
     each_column<D>([&](char const* name, std::size_t count, auto at) {
         std::vector<double> values;
-        for (Point<D>& p : state.points) values.insert(values.end(), at(p), at(p) + count);
+        for (Point<D> const& p : state.points) values.insert(values.end(), at(p), at(p) + count);
         kept.put(name, std::span<double const>(values));
     });
     Booked const& b = state.booked;

@@ -138,21 +138,20 @@ void PackedStep<D>::give_to_nodes(Given const& now)
         if constexpr (shared) forget(box, G::volume, 2);
         c.outcome.kinetic_before =
             to_grid<D, affine, shared, rings>(points_, c.points, now.shape, now.setup.cell, box, nodes_.planes());
-        if (!now.loads.empty()) loads_to_grid<D, rings>(points_, now.loads, c.points, now.shape, box);
+        if (now.loaded()) loads_to_grid<D, rings>(points_, now.loads, c.points, now.shape, box);
     });
-    share_boxes(G::mass, now.loads.empty() ? std::size_t{G::again} : std::size_t{G::volume});
+    share_boxes(G::mass, now.planes());
 }
 
 template <int D>
 void PackedStep<D>::move_nodes(Given const& now, GrainContacts<D>& grains, Outcome& outcome)
 {
-    bool const loaded = !now.loads.empty();
     each_slice([&](std::size_t slice) {
-        nodes_.add(slice, boxes_, G::mass, loaded ? std::size_t{G::volume} : std::size_t{G::again});
-        if (loaded) nodes_.add_loads(slice);
+        nodes_.add(slice, boxes_, G::mass, now.planes());
+        if (now.loaded()) nodes_.add_loads(slice);
         now.setup.frame ? nodes_.template move<true>(slice, now.setup, now.field, now.dt)
                         : nodes_.template move<false>(slice, now.setup, now.field, now.dt);
-        if (loaded) nodes_.book_loads(slice, now.setup, now.dt);
+        if (now.loaded()) nodes_.book_loads(slice, now.setup, now.dt);
         if (!grains.any()) nodes_.hold(slice, now.setup, now.time, now.dt);
     });
     if (!grains.any()) return;
@@ -166,7 +165,7 @@ void PackedStep<D>::move_points(Given const& now)
 {
     auto const room = room_of<D>(now.setup);
     each_chunk([&](Chunk& c, Planes<D> const& box) {
-        if (!now.loads.empty()) forget(box, G::again, D);
+        if (now.loaded()) forget(box, G::again, D);
         auto const move = [&]<bool turning>() {
             return to_points<D, affine, musl, turning, rings>(points_, c.points, now.setup, now.field, now.shape,
                                                               now.dt, room, box, nodes_.planes());

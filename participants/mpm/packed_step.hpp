@@ -81,6 +81,10 @@ class PackedStep
         std::span<Vec<D> const> loads;
         Field<D> field{setup, time, dt};
         Shape shape{setup.basis == BasisKind::spline ? 0.5 : setup.half_width, setup.origin[0] / setup.cell};
+
+        bool loaded() const { return !loads.empty(); }
+        //! Numbers of a node, from its mass on, that points give before it moves.
+        std::size_t planes() const { return loaded() ? std::size_t{G::volume} : std::size_t{G::again}; }
     };
 
     bool go(Given const& now, GrainContacts<D>& grains, Outcome& outcome);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -13,15 +12,9 @@
 
 #include "coupler/mapping/lattice_mapping.hpp"
 #include "coupler/mapping/mapping.hpp"
+#include "tests/support/processor_time.hpp"
 
 namespace {
-
-double processor_time()  // us
-{
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 nlohmann::json results = nlohmann::json::array();
 
@@ -39,9 +32,9 @@ template <class Work>
 double median_time(Work&& work)
 {
     auto const time = [&](int calls) {
-        double const start = processor_time();
+        double const start = unit::processor_time();
         for (int i = 0; i < calls; ++i) work();
-        return (processor_time() - start) / calls;
+        return 1e6 * (unit::processor_time() - start) / calls;
     };
     time(1);
     int const calls = std::clamp(static_cast<int>(1e4 / time(1)), 1, 200);

@@ -120,6 +120,19 @@ inline void on_processes(int count, std::function<void(ranks::Peers&)> const& bo
     if (failure) std::rethrow_exception(failure);
 }
 
+//! What the first of so many processes has in the end of what body(peers, its own) fills in.
+template <class Trace, class Body>
+Trace of_first(int processes, Body&& body)
+{
+    Trace first;
+    on_processes(processes, [&](ranks::Peers& peers) {
+        Trace mine;
+        body(peers, mine);
+        if (peers.rank() == 0) first = std::move(mine);
+    });
+    return first;
+}
+
 //! Of each scene (with a name, `what`), what one leaves alone, a vector, is what the first of so many processes leaves.
 template <class Scene, class Alone, class Shared>
 void check_bits_of_one(std::vector<Scene> const& scenes, std::vector<int> const& processes, Alone&& alone,

@@ -5,22 +5,14 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <initializer_list>
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "tests/support/processor_time.hpp"
 
 namespace verification {
-
-//! Of all threads of this process [s].
-inline double processor_time()
-{
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 //! Errors against the time that they take. SLUICE_ERRORS names a folder for tables SOLVER.csv (plot_errors.py draws
 //! them).
@@ -41,14 +33,14 @@ class ErrorTable
              Error&& error)
     {
         for (int const cells : resolutions) {
-            double const start = processor_time();
+            double const start = unit::processor_time();
             double got = std::nan("");  // blew up
             try {
                 got = error(cells);
             } catch (sluice::Error const& e) {
                 CHECK(e.exit() == sluice::Exit::numerical);
             }
-            double const seconds = processor_time() - start;
+            double const seconds = unit::processor_time() - start;
             csv_ << what << ",\"" << way << "\"," << cells << ',' << got << ',' << seconds << std::endl;
             std::printf("%-24s %-18s %4d cells: %9.2e in %7.2f s\n", what.c_str(), way.c_str(), cells, got, seconds);
             if (cells == *(resolutions.end() - 1) && mark > 0) {

@@ -177,10 +177,9 @@ Trace alone(Scene const& scene)
 template <int D>
 Trace shared(Scene const& scene, int processes)
 {
-    Trace trace;
-    unit::on_processes(processes, [&](ranks::Peers& peers) {
+    return unit::of_first<Trace>(processes, [&](ranks::Peers& peers, Trace& mine) {
         bool const first = peers.rank() == 0;
-        Trace mine, dropped;
+        Trace dropped;
         sluice::State kept, later;
         std::vector<double> extra;
         if (scene.bodies > 0 && processes != 3) {  // three: even slabs
@@ -200,9 +199,7 @@ Trace shared(Scene const& scene, int processes)
         lbm::Solver<D> solver(scene.config, &peers, lbm::extra_of(later));
         solver.restore(later);
         run(solver, scene, middle + window, steps, first, mine);
-        if (first) trace = mine;
     });
-    return trace;
 }
 
 std::vector<Scene> plane_scenes()

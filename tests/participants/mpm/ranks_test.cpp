@@ -204,10 +204,9 @@ Trace alone(Scene const& scene)
 template <int D>
 Trace shared(Scene const& scene, int processes)
 {
-    Trace trace;
-    unit::on_processes(processes, [&](ranks::Peers& peers) {
+    return unit::of_first<Trace>(processes, [&](ranks::Peers& peers, Trace& mine) {
         bool const first = peers.rank() == 0;
-        Trace mine, dropped;
+        Trace dropped;
         sluice::State kept;
         {
             auto solver = solver_of<D>(scene, &peers);
@@ -222,9 +221,7 @@ Trace shared(Scene const& scene, int processes)
         auto solver = solver_of<D>(scene, &peers);
         mpm::restore(solver, kept);
         run(solver, scene, scene.steps, first, mine);
-        if (first) trace = mine;
     });
-    return trace;
 }
 
 template <int D>
