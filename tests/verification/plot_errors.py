@@ -12,6 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 STYLES = {"bgk": ("#9aa5b1", "o", "-"), "trt": ("#2f6f9f", "o", "-"), "mrt": ("#c8553d", "s", "-"),
+          "central": ("#7b5ea7", "^", "-"), "trt, forced": ("#3a3a3a", "v", "--"),
           "trt, single": ("#2f6f9f", "x", ":"), "trt, interpolated": ("#4c9a6a", "o", "--"),
           "mrt, interpolated": ("#d9a441", "s", "--"),
           "gimp": ("#2f6f9f", "o", "-"), "gimp, width: stretch": ("#2f6f9f", "x", ":"), "spline": ("#c8553d", "s", "-"),

@@ -9,13 +9,20 @@ namespace lattice_case {
 
 inline constexpr double earth = 9.81;  // m/s2
 
-inline lbm::Config quarter(double width, double height, double cell)
+inline lbm::Config upright_box(double width, double height, double cell)
 {
     lbm::Config c;
     c.dimension = 3;
     c.cell = cell;
-    c.size = {0.5 * width, 0.5 * width, height};
+    c.size = {width, width, height};
     c.collision = lbm::Operator::trt;
+    return c;
+}
+
+//! A quarter of it, mirrored at two sides without friction.
+inline lbm::Config quarter(double width, double height, double cell)
+{
+    lbm::Config c = upright_box(0.5 * width, height, cell);
     c.walls[lbm::left].kind = c.walls[lbm::lower_y].kind = lbm::Border::slip;
     return c;
 }
@@ -35,18 +42,20 @@ struct Settled
     double fastest, fall, last;  //!< last: velocity at h/d = 0.1 over the fastest [-]
 };
 
-//! By covered cells: an interpolated surface knows no mirrors.
+//! In a quarter of the box; with an interpolated surface, which knows no mirrors, in the whole one.
 inline Settled settle(Oil const& oil, double cells, Variant const& variant = {.collision = lbm::Operator::trt})
 {
-    constexpr double diameter = 0.015;
-    lbm::Config c = quarter(0.1, 0.16, diameter / cells);
+    constexpr double diameter = 0.015, width = 0.1, height = 0.16;
+    bool const whole = variant.surface == lbm::Surface::interpolated;
+    lbm::Config c = (whole ? upright_box : quarter)(width, height, diameter / cells);
     variant.set(c);
     c.density = oil.density;
     c.viscosity = oil.viscosity / oil.density;
     c.step = 0.05 * c.cell / oil.fastest;
     lbm::Solver<3> solver(c);
-    FreeBody<3> sphere({0, 0, 0.1275}, 0.5 * diameter, 1120, oil.density);
-    sphere.images = 4;
+    double const axis = whole ? 0.5 * width : 0;
+    FreeBody<3> sphere({axis, axis, 0.1275}, 0.5 * diameter, 1120, oil.density);
+    sphere.images = whole ? 1 : 4;
     double const weight = (sphere.mass - sphere.displaced) * earth;
     auto const gap = [&] { return sphere.position[2] / diameter - 0.5; };
     Settled got{};

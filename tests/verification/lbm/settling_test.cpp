@@ -15,7 +15,8 @@ using namespace lattice_case;
 
 namespace {
 
-void check_settling(Oil const& oil, double cells, double mark)
+//! The fastest that it gets [m/s].
+double check_settling(Oil const& oil, double cells, double mark)
 {
     verification::Stopwatch const watch;
     Settled const got = settle(oil, cells);
@@ -26,27 +27,96 @@ void check_settling(Oil const& oil, double cells, double mark)
     CHECK(verification::report({"C02", name + "fall from h/d = 4 to 1 [s]", got.fall, oil.fall,
                                 relative(got.fall, oil.fall), 0.04, watch.seconds()}));
     CHECK(got.last < 0.9);  // it slows down above the floor
+    return got.fastest;
 }
 
-// E3: what good codes reach with 24 cells. E1: the measured speed is 2 % above that of creeping flow in the box, which
-// inertia only lowers; published codes are 2.5 to 5 % below it
+// E3: what good codes reach with 24 cells. E1: the measured speed is 1.4 % above that of creeping flow in the box,
+// which inertia only lowers; published codes are 2.5 to 5 % below it
 constexpr double e1_mark = 0.08, e3_mark = 0.025;
+
+//! E1, 3.4 % below the measured speed: where covered and interpolated surfaces meet on fine lattices (0.03472, 0.03476
+//! m/s with 18 cells a diameter at a lattice velocity of 0.02); finite elements with 24 cells have 0.03484.
+//! Mark: well below what published codes differ by.
+constexpr double e1_limit = 0.03475;
+
+void check_e1(double cells)
+{
+    verification::Stopwatch const watch;
+    double const got = check_settling(e1, cells, e1_mark);
+    CHECK(verification::report({"C02", text("E1, d = %.0f dx: by the limit of fine lattices", cells, 0), got, e1_limit,
+                                relative(got, e1_limit), 0.01, watch.seconds()}));
+}
 
 }  // namespace
 
 TEST_CASE("C02: a sphere settles in a box, ten Cate's E1, E3 and E4, d = 6 cells")
 {
-    check_settling(e1, 6, e1_mark);
+    check_e1(6);
     check_settling(e3, 6, e3_mark);
     check_settling(e4, 6, 0.02);  // interpolated bounce-back with 6 cells: -2.3 %
 }
 
 TEST_CASE("C02: the same, d = 9 cells, and E4 with 12" * doctest::skip())
 {
-    check_settling(e1, 9, e1_mark);
+    check_e1(9);
     check_settling(e3, 9, e3_mark);
     for (double const cells : {9.0, 12.0})
         check_settling(e4, cells, 0.009);  // interpolated bounce-back with 12: -0.9 %
+}
+
+namespace {
+
+//! F/(6 pi mu a U) of a sphere of d cells in the middle of that box, creeping along it: at rest there, its surface
+//! moves.
+double creeping_drag_in_box(double d, lbm::Surface surface)
+{
+    constexpr double u = 1e-5, per_diameter = 1 / 0.015;
+    bool const whole = surface == lbm::Surface::interpolated;
+    double const width = std::round(0.1 * per_diameter * d), height = std::round(0.16 * per_diameter * d);
+    lbm::Config c = (whole ? upright_box : quarter)(width, height, 1);
+    c.step = c.density = 1;
+    c.viscosity = 0.2;  // as in E1 with 6 cells
+    c.surface = surface;
+    lbm::Solver<3> solver(c);
+    double const axis = whole ? 0.5 * width : 0;
+    std::vector<double> const place{axis, axis, 0.5 * height}, velocity{0, 0, -u}, spin(3), radius{0.5 * d};
+    solver.set_bodies({place, velocity, spin, radius});
+    double const force =
+        run_to_steady(solver, 200, 1e-4, 20'000, [&] { return (whole ? 1 : 4) * solver.exchange().force[2]; });
+    return force / (6 * std::numbers::pi * c.viscosity * radius[0] * u);
+}
+
+void check_creeping(lbm::Surface surface, double cells)
+{
+    // finite differences for a force of the sphere's second moment, spread as a Gaussian (exact to (a/width)^5), cells
+    // of 3.3 to 2 mm, continued to fine ones: 1/0.7200, to 2e-4; mark: that of drag in arrays (L07)
+    constexpr double reference = 1 / 0.7200;
+    verification::Stopwatch const watch;
+    double const got = creeping_drag_in_box(cells, surface);
+    CHECK(verification::report({"C02", of_surface(surface, text("creeping in the box, d = %.0f dx", cells, 0)), got,
+                                reference, relative(got, reference), 0.02, watch.seconds()}));
+}
+
+}  // namespace
+
+//! Walls and drag, in which inertia and the experiment have no part.
+TEST_CASE("C02: a sphere creeps in ten Cate's box, d = 6 and 9 cells")
+{
+    check_creeping(lbm::Surface::covered, 6);
+    check_creeping(lbm::Surface::covered, 9);
+    check_creeping(lbm::Surface::interpolated, 6);
+}
+
+//! What interpolated bounce-back elsewhere has with 9 cells, -2.5 % (waLBerla), to see that it is the same here. It is
+//! not nearer to the flow: its drag is 1 % too small there, and with 12 to 18 cells it is at -3.1 to -3.3 %.
+TEST_CASE("C02: E1 with an interpolated surface, d = 9 cells" * doctest::skip())
+{
+    verification::Stopwatch const watch;
+    constexpr Variant variant{.collision = lbm::Operator::trt, .surface = lbm::Surface::interpolated};
+    double const got = settle(e1, 9, variant).fastest;
+    CHECK(verification::report({"C02", "E1, interpolated, d = 9 dx: fastest [m/s]", got, e1.fastest,
+                                relative(got, e1.fastest), 0.025, watch.seconds()}));
+    check_creeping(lbm::Surface::interpolated, 9);
 }
 
 namespace {
