@@ -37,27 +37,40 @@ struct Oil
     double fall;                //!< measured, from h/d = 4 to 1, h the gap below [s]
 };
 
+inline constexpr double sphere_diameter = 0.015, box_width = 0.1, box_height = 0.16;  // m
+
+//! What the lattice holds of the box: a quarter; all of it with an interpolated surface, which knows no mirrors.
+struct PartOfBox
+{
+    bool whole;
+
+    explicit PartOfBox(lbm::Surface surface) : whole(surface == lbm::Surface::interpolated) {}
+    lbm::Config config(double cells) const
+    {
+        return (whole ? upright_box : quarter)(box_width, box_height, sphere_diameter / cells);
+    }
+    double axis() const { return whole ? 0.5 * box_width : 0; }  //!< of the box [m]
+    double images() const { return whole ? 1 : 4; }
+};
+
 struct Settled
 {
     double fastest, fall, last;  //!< last: velocity at h/d = 0.1 over the fastest [-]
 };
 
-//! In a quarter of the box; with an interpolated surface, which knows no mirrors, in the whole one.
 inline Settled settle(Oil const& oil, double cells, Variant const& variant = {.collision = lbm::Operator::trt})
 {
-    constexpr double diameter = 0.015, width = 0.1, height = 0.16;
-    bool const whole = variant.surface == lbm::Surface::interpolated;
-    lbm::Config c = (whole ? upright_box : quarter)(width, height, diameter / cells);
+    PartOfBox const part(variant.surface);
+    lbm::Config c = part.config(cells);
     variant.set(c);
     c.density = oil.density;
     c.viscosity = oil.viscosity / oil.density;
     c.step = 0.05 * c.cell / oil.fastest;
     lbm::Solver<3> solver(c);
-    double const axis = whole ? 0.5 * width : 0;
-    FreeBody<3> sphere({axis, axis, 0.1275}, 0.5 * diameter, 1120, oil.density);
-    sphere.images = whole ? 1 : 4;
+    FreeBody<3> sphere({part.axis(), part.axis(), 0.1275}, 0.5 * sphere_diameter, 1120, oil.density);
+    sphere.images = part.images();
     double const weight = (sphere.mass - sphere.displaced) * earth;
-    auto const gap = [&] { return sphere.position[2] / diameter - 0.5; };
+    auto const gap = [&] { return sphere.position[2] / sphere_diameter - 0.5; };
     Settled got{};
     double four = 0, one = 0;
     while (gap() > 0.1) {
