@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "coupler/base/format.hpp"
 #include "coupler/scene/threads.hpp"
 #include "participants/dem/config_parts.hpp"
 #include "participants/dem/half_step.hpp"
@@ -92,7 +93,7 @@ ColumnConfig read_column(Reader r, int dimension)
         c.packing_friction = r.number_or("packing_friction", 0.1, {.min = 0.0, .max = 6.0});
     double const usual = assumed_packing_fraction(dimension);
     c.packing_fraction = usual;
-    if (c.preparation == Preparation::random)  // denser: crystals (discs), or nothing that growth reaches (spheres)
+    if (c.preparation != Preparation::regular)  // denser: crystals (discs), or nothing that growth reaches (spheres)
         c.packing_fraction = r.number_or("packing_fraction", usual, {.min = 0.2, .max = dimension == 2 ? 0.86 : 0.64});
     c.pouring_gravity = r.number_or("pouring_gravity", 0.0, {.min = 0.0, .max = 1e5, .unit = "m/s2"});
     r.finish();
@@ -208,13 +209,13 @@ void read_step(Reader& r, Config& config)
     double const step = *given;
     double const share = config.contact_time / step;
     if (share < 5.0)
-        r.problem("step", format("%g s is too long (must be at most t_c/5 = %g s). Leave it out for t_c/50.", step,
-                                 config.contact_time / 5.0));
+        r.problem("step", sluice::format("%g s is too long (must be at most t_c/5 = %g s). Leave it out for t_c/50.",
+                                         step, config.contact_time / 5.0));
     else if (share < 15.0)
         config.warnings.push_back(
-            format("dem: step = %g s is above t_c/15 = %g s: collisions lose or gain energy. "
-                   "t_c/50 is the default.",
-                   step, config.contact_time / 15.0));
+            sluice::format("dem: step = %g s is above t_c/15 = %g s: collisions lose or gain energy. "
+                           "t_c/50 is the default.",
+                           step, config.contact_time / 15.0));
     config.step = step;
 }
 
@@ -255,9 +256,10 @@ void read_matter(Reader& r, Config& config)
     read_density(r, config);
     if (config.column && r.diagnostics()->problems.empty()) {
         if (column_width(config) < 4.0 * config.diameter_max)
-            r.problem("column", format("is %g m wide, less than 4 largest grains (%g m). Try more grains or a smaller "
-                                       "aspect_ratio.",
-                                       column_width(config), 4.0 * config.diameter_max));
+            r.problem("column",
+                      sluice::format("is %g m wide, less than 4 largest grains (%g m). Try more grains or a smaller "
+                                     "aspect_ratio.",
+                                     column_width(config), 4.0 * config.diameter_max));
         check_column_walls(r, config);
     }
 }
@@ -282,13 +284,6 @@ double any_width(Config const& config)
 }
 
 }  // namespace
-
-std::string format(char const* pattern, double a, double b)
-{
-    char text[256];
-    std::snprintf(text, sizeof text, pattern, a, b);
-    return text;
-}
 
 Lightest lightest_grain(Config const& config)
 {

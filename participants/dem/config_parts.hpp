@@ -8,9 +8,6 @@
 //! Parts of read_config that have a file of their own.
 namespace dem {
 
-//! A message with two numbers, by a pattern of printf.
-std::string format(char const* pattern, double a, double b);
-
 //! Smallest radius [m] and mass [kg] of the grains.
 struct Lightest
 {

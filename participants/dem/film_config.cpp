@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "coupler/base/format.hpp"
 #include "participants/dem/config_parts.hpp"
 #include "participants/dem/state.hpp"
 
@@ -39,11 +40,11 @@ void check_lubrication(sluice::Reader& r, Config& config)
     };
     double const time = std::min(braking(0.5 * radius, 0.5 * mass), braking(radius, mass));
     if (config.step > 0.5 * time)
-        r.problem(
-            "lubrication",
-            format("brakes within m/c = %g s in the narrowest gap (the step may be half of that, and is %g s). Give "
-                   "a shorter step, or a larger floor.",
-                   time, config.step));
+        r.problem("lubrication",
+                  sluice::format(
+                      "brakes within m/c = %g s in the narrowest gap (the step may be half of that, and is %g s). Give "
+                      "a shorter step, or a larger floor.",
+                      time, config.step));
 }
 
 }  // namespace dem

@@ -4,6 +4,7 @@
 
 #include "coupler/base/checksum.hpp"
 #include "coupler/base/error.hpp"
+#include "coupler/base/format.hpp"
 #include "coupler/scene/beside_scene.hpp"
 #include "participants/dem/bytes.hpp"
 #include "participants/dem/config_parts.hpp"
@@ -37,8 +38,8 @@ void read_triangles(sluice::Reader r, MeshConfig& mesh)
             for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(component(corner, k)));
         }
     if (largest <= farthest) return;
-    r.problem("file", format("has a corner at %g m along an axis (must be within %g m). Try another scale.", largest,
-                             farthest));
+    r.problem("file", sluice::format("has a corner at %g m along an axis (must be within %g m). Try another scale.",
+                                     largest, farthest));
 }
 
 void read_segments(sluice::Reader& wall, MeshConfig& mesh)

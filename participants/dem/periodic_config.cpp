@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "coupler/base/format.hpp"
 #include "participants/dem/config_parts.hpp"
 #include "participants/dem/periodic_neighbours.hpp"
 
@@ -96,21 +97,22 @@ void check_grains(Reader& r, Config const& config)
         if (extent < needed)
             return r.problem(
                 "periodic",
-                format("is %g m long, too short for grains to meet one image of each other only (must be at "
-                       "least %g m: twice the largest diameter and the reach of the list).",
-                       extent, needed));
+                sluice::format("is %g m long, too short for grains to meet one image of each other only (must be at "
+                               "least %g m: twice the largest diameter and the reach of the list).",
+                               extent, needed));
         for (std::size_t i = 0; i < config.grains.size(); ++i) {
             double const x = component(config.grains[i].position - cell.low, k);
             if (x >= 0.0 && x < extent) continue;
             r.problem("grains", "has number " + std::to_string(i) + " outside the periodic cell, which along " +
                                     name_of(k) +
-                                    format(" is from %g to %g m (must be in it).", component(cell.low, k),
-                                           component(cell.low, k) + extent));
+                                    sluice::format(" is from %g to %g m (must be in it).", component(cell.low, k),
+                                                   component(cell.low, k) + extent));
             break;
         }
     }
     if (config.fill && fill_pitch(config) < largest)
-        r.problem("fill", format("has room for grains of %g m (must be at least the largest diameter, %g m). Try a "
+        r.problem("fill",
+                  sluice::format("has room for grains of %g m (must be at least the largest diameter, %g m). Try a "
                                  "larger cell or fewer grains.",
                                  fill_pitch(config), largest));
 }
@@ -124,9 +126,10 @@ void set_shear(Reader& r, Config& config)
     double const slide = shear.rate * component(config.periodic.extent, shear.across);
     double const longest = 0.2 * list_reach(smallest) / slide;
     if (config.step > longest)
-        r.problem("shear", format("moves the sides too far in a step of %g s (must be at most %g s). Try a lower rate "
-                                  "or a shorter step.",
-                                  config.step, longest));
+        r.problem("shear",
+                  sluice::format("moves the sides too far in a step of %g s (must be at most %g s). Try a lower rate "
+                                 "or a shorter step.",
+                                 config.step, longest));
     double const sound = 0.5 * (smallest + largest) * std::numbers::pi / (std::numbers::sqrt2 * config.contact_time);
     shear.impedance = 2.0 * config.density * sound;
 }

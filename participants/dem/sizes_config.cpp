@@ -1,3 +1,4 @@
+#include "coupler/base/format.hpp"
 #include "participants/dem/config_parts.hpp"
 
 namespace dem {
@@ -9,11 +10,12 @@ constexpr sluice::Bounds lengths{.above = 1e-9, .max = 1e3, .unit = "m"};
 
 void check_range(Reader& r, char const* key, double low, double high)
 {
-    if (high < low) r.problem(key, format("%g m is below min = %g m (must be at least min).", high, low));
+    if (high < low) r.problem(key, sluice::format("%g m is below min = %g m (must be at least min).", high, low));
     if (high > 50.0 * low)
-        r.problem(key, format("%g m is more than 50 times min = %g m (a step for the smallest would take the largest "
-                              "nowhere).",
-                              high, low));
+        r.problem(
+            key, sluice::format("%g m is more than 50 times min = %g m (a step for the smallest would take the largest "
+                                "nowhere).",
+                                high, low));
 }
 
 //! Points {diameter, finer}, both ascending, from 0 to 1.
@@ -24,11 +26,11 @@ Sizes read_grading(Reader& r, Config const& config)
         double const diameter = point.number("diameter", lengths);
         double const finer = point.number("finer", {.min = 0.0, .max = 1.0});
         if (!curve.empty() && diameter <= curve.back().first)
-            point.problem("diameter", format("%g m is not above the point before, %g m (must ascend).", diameter,
-                                             curve.back().first));
+            point.problem("diameter", sluice::format("%g m is not above the point before, %g m (must ascend).",
+                                                     diameter, curve.back().first));
         if (!curve.empty() && finer < curve.back().second)
-            point.problem("finer",
-                          format("%g is below the point before, %g (must not fall).", finer, curve.back().second));
+            point.problem("finer", sluice::format("%g is below the point before, %g (must not fall).", finer,
+                                                  curve.back().second));
         point.finish();
         curve.emplace_back(diameter, finer);
     }
@@ -45,10 +47,10 @@ Sizes read_lognormal(Reader& r, double low, double high)
     if (!r.diagnostics()->problems.empty()) return {};
     Sizes const sizes = Sizes::lognormal(mean, deviation, low, high);
     if (low == high || !(sizes.kept() >= 0.01))
-        r.problem("mean",
-                  format("%g m, deviation %g m: less than a hundredth of this law lies from min to max (must be "
-                         "more). Move min or max.",
-                         mean, deviation));
+        r.problem("mean", sluice::format(
+                              "%g m, deviation %g m: less than a hundredth of this law lies from min to max (must be "
+                              "more). Move min or max.",
+                              mean, deviation));
     return sizes;
 }
 

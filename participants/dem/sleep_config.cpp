@@ -1,6 +1,7 @@
 #include <numbers>
 #include <string>
 
+#include "coupler/base/format.hpp"
 #include "participants/dem/config_parts.hpp"
 
 namespace dem {
@@ -18,7 +19,7 @@ void read_sleep(sluice::Reader& r, Config& config)
     // an oscillation of that speed changes the forces by m w v, w = pi/t_c: they stay so when it falls asleep
     double const shaken = std::numbers::pi / config.contact_time * config.sleep.speed, gravity = norm(config.gravity);
     if (gravity > 0.0 && shaken > 0.1 * gravity)
-        config.warnings.push_back(format(
+        config.warnings.push_back(sluice::format(
             "dem: sleep.speed lets grains fall asleep whose forces are out of balance by up to %g of their weight. "
             "Below %g m/s it is 0.01.",
             shaken / gravity, 0.01 * gravity * config.contact_time / std::numbers::pi));

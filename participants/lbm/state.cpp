@@ -3,11 +3,11 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <numeric>
 
 #include "coupler/base/error.hpp"
+#include "coupler/base/format.hpp"
 #include "participants/lbm/blow_up.hpp"
 #include "participants/lbm/solver.hpp"
 
@@ -16,15 +16,8 @@ namespace {
 
 using sluice::Error;
 using sluice::Exit;
+using sluice::format;
 using sluice::require;
-
-template <class... Value>
-std::string format(char const* pattern, Value... value)
-{
-    char text[400];
-    std::snprintf(text, sizeof text, pattern, value...);
-    return text;
-}
 
 //! Numbers with commas between.
 std::string listed(std::span<double const> numbers)

@@ -1,8 +1,8 @@
 #include "participants/mpm/config.hpp"
 
 #include <cmath>
-#include <cstdio>
 
+#include "coupler/base/format.hpp"
 #include "coupler/scene/reader.hpp"
 #include "coupler/scene/side_names.hpp"
 #include "coupler/scene/threads.hpp"
@@ -14,13 +14,7 @@ namespace {
 
 constexpr double most_nodes = 1e9;  //!< an index of each is kept, 4 bytes
 
-template <class... Value>
-std::string format(char const* pattern, Value... value)
-{
-    char text[300];
-    std::snprintf(text, sizeof text, pattern, value...);
-    return text;
-}
+using sluice::format;
 
 std::array<double, 3> three(std::vector<double> const& numbers)
 {

@@ -45,6 +45,8 @@ TEST_CASE("config: a column with its walls, gate and defaults")
     REQUIRE(c.walls.size() == 3);
     CHECK(c.walls[2].name == "gate");
     CHECK(c.walls[2].point.x == close_to(dem::column_width(c)));
+    auto const looser = config(changed(scene, "seed: 3", "packing_fraction: 0.41"));  // half of what is assumed
+    CHECK(dem::column_width(looser) == close_to(std::sqrt(2) * dem::column_width(c)));
     CHECK(c.walls[2].removed_at == 0.0);
     CHECK(c.walls[0].contact.friction == c.contact.friction);
     CHECK(c.step == close_to(c.contact_time / 50.0));
@@ -109,7 +111,8 @@ TEST_CASE("config: each mistake gives one clear message")
     check_refused(changed(scene, "seed: 3", "preparation: random, packing_fraction: 0.9"), "packing_fraction = 0.9");
     check_refused(changed(scene, "seed: 3", "preparation: random, packing_friction: 0.1"),
                   "packing_friction is not a key");
-    check_refused(changed(scene, "seed: 3", "packing_fraction: 0.8"), "packing_fraction is not a key");
+    check_refused(changed(scene, "seed: 3", "preparation: regular, packing_fraction: 0.8"),
+                  "packing_fraction is not a key");
     auto const weightless = [](std::string const& column) {
         return dem::read_config(sluice::read_yaml(changed(scene, "seed: 3", column), "grains.yaml"), 2, {});
     };
