@@ -234,6 +234,8 @@ class Participant
     //! The names at the other end of the edges that carry this data; empty when the scene has no such edge.
     std::vector<std::string> receivers(std::string_view data) const;
     std::vector<std::string> senders(std::string_view data) const;
+    //! The one of senders(); empty if there is none. Several are an error.
+    std::string sender(std::string_view data) const;
 
     //! Data without points: one number for each component of its columns.
     void write_values(std::string_view to, std::string_view data, std::span<double const> values);

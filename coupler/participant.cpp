@@ -256,6 +256,15 @@ std::vector<std::string> Participant::senders(std::string_view data) const
     return partners(*session_, data, &Edge::to, &Edge::from);
 }
 
+std::string Participant::sender(std::string_view data) const
+{
+    auto const all = senders(data);
+    if (all.size() > 1)
+        throw Error(name() + ": " + std::string(data) + " from " + all[0] + " and " + all[1] +
+                    " (at most one participant may send it).");
+    return all.empty() ? "" : all.front();
+}
+
 Windows Participant::windows()
 {
     session_->loaded.diagnostics->throw_if_any();  // of a solver without configuration

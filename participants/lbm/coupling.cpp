@@ -103,14 +103,8 @@ class PhaseEdge
 {
  public:
     PhaseEdge(sluice::Participant& self, ranks::Peers* peers)
-        : self_(self), receivers_(self.receivers("body_force")), known_(peers)
-    {
-        auto const senders = self.senders("phase");
-        sluice::require(senders.size() <= 1, [] {
-            return sluice::Error("lbm: phase from more than one participant (at most one sends it).");
-        });
-        if (!senders.empty()) from_ = senders[0];
-    }
+        : self_(self), receivers_(self.receivers("body_force")), from_(self.sender("phase")), known_(peers)
+    {}
     bool exists() const { return !from_.empty(); }
 
     void begin(sluice::Window const& window, std::int64_t steps, Solver<D>& solver)
@@ -255,10 +249,8 @@ void run(sluice::Participant& self, Config const& config)
     Recording<D> recording(self, config, solver);
     if (!self.resumes()) recording.begin(std::nullopt);
     tell_at_start(self, config, solver.layout());
-    auto const senders = self.senders("kinematics"), receivers = self.receivers("load");
-    sluice::require(senders.size() <= 1, [] {
-        return sluice::Error("lbm: kinematics from more than one participant (at most one sends them).");
-    });
+    auto const sender = self.sender("kinematics");
+    auto const receivers = self.receivers("load");
 
     PhaseEdge<D> phase(self, peers.get());
     ranks::KnownToAll<sluice::Kinematics> known(peers.get());
@@ -280,8 +272,8 @@ void run(sluice::Participant& self, Config const& config)
                       " steps of the fluid (it is known for one). Try time.window: auto.");
         if (phase.exists()) phase.begin(window, steps, solver);
         for (std::int64_t k = 0; k < steps; ++k) {
-            if (!senders.empty()) {
-                auto kinematics = self.read<sluice::Kinematics>(senders[0], window);
+            if (!sender.empty()) {
+                auto kinematics = self.read<sluice::Kinematics>(sender, window);
                 auto const bodies =
                     known.share(kinematics.at(window.begin + (static_cast<double>(k) + 0.5) * config.step));
                 if (k == 0) load.restart(bodies.id);

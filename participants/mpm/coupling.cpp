@@ -27,14 +27,9 @@ template <int D>
 class GrainEdge
 {
  public:
-    GrainEdge(sluice::Participant& self, double cell, ranks::Peers* peers) : self_(self), cell_(cell), known_(peers)
-    {
-        auto const senders = self.senders("kinematics");
-        sluice::require(senders.size() <= 1, [] {
-            return sluice::Error("mpm: kinematics from more than one participant (at most one sends them).");
-        });
-        if (!senders.empty()) from_ = senders[0];
-    }
+    GrainEdge(sluice::Participant& self, double cell, ranks::Peers* peers)
+        : self_(self), cell_(cell), from_(self.sender("kinematics")), known_(peers)
+    {}
     bool exists() const { return !from_.empty(); }
 
     void begin(sluice::Window const& window)
@@ -115,13 +110,8 @@ class FluidEdge
 {
  public:
     FluidEdge(sluice::Participant& self, std::optional<FluidConfig> const& fluid, ranks::Peers* peers)
-        : self_(self), known_(peers)
+        : self_(self), from_(self.sender("body_force")), known_(peers)
     {
-        auto const senders = self.senders("body_force");
-        sluice::require(senders.size() <= 1, [] {
-            return sluice::Error("mpm: body_force from more than one participant (at most one sends it).");
-        });
-        if (!senders.empty()) from_ = senders[0];
         if (fluid) solid_ = 1 - fluid->porosity;
     }
     bool exists() const { return !from_.empty(); }

@@ -117,3 +117,21 @@ participants: {a: {command: none}}
     CHECK(seen.coriolis);
     CHECK_FALSE(seen.euler);
 }
+
+TEST_CASE("participant: the one sender of what only one may send; several are an error")
+{
+    std::string const scene = R"(sluice: 1
+time: {end: 1, window: 1}
+data: {place: {columns: {place: {unit: m}}}}
+participants: {a: {command: none}, b: {command: none}, c: {command: none}}
+couplings: [{from: a, to: b, data: place}, {from: a, to: c, data: place}, {from: b, to: c, data: place}]
+)";
+    auto const ask = [](sluice::Participant& self) {
+        self.config().finish();
+        std::string const from = self.sender("place");
+        CHECK(from == (self.name() == "b" ? "a" : ""));
+    };
+    in_threads::Scratch scratch;
+    auto const outcome = in_threads::run(scene, {{"a", ask}, {"b", ask}, {"c", ask}}, scratch.path());
+    CHECK(outcome.errors[2] == "c: place from a and b (at most one participant may send it).");
+}
