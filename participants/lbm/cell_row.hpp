@@ -60,7 +60,7 @@ struct SolidCell
 };
 
 //! The cells [begin, end) of a row, or of several rows that are alike, `stride` apart in memory. With solids, or in a
-//! frame that turns, of one.
+//! frame that turns, of one. Of several, what lies between one row's end and the next one's begin may change as well.
 struct CellRows
 {
     std::ptrdiff_t begin, end;
@@ -137,28 +137,27 @@ class RowEndSolids
 //! Gives cells to collide(slots, solids, cells, first), in whole registers: the last ones of a row as a copy, whose
 //! first cell is the row's cell `first`.
 template <int D, bool grains, class V, class Stored, class Collide>
-[[gnu::always_inline]] inline void in_whole_registers(Slots<D, Stored> slots, SolidRow const& solid, CellRows rows,
-                                                      Collide collide)
+[[gnu::always_inline]] inline void in_whole_registers(Slots<D, Stored> const& slots, SolidRow const& solid,
+                                                      CellRows rows, Collide collide)
 {
     constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
     assert(!grains || rows.count == 1);
+    if (rows.count > 1 && (rows.end - rows.begin) % lanes != 0)  // cheaper than the last ones of each as a copy
+        rows = {rows.begin, (rows.count - 1) * rows.stride + rows.end};
     std::ptrdiff_t const end = rows.end, whole = rows.begin + (end - rows.begin) / lanes * lanes;
     rows.end = whole;
     if (whole > rows.begin) collide(slots, solid, rows, 0);
     if (whole == end) return;
     CellRows const last{0, lanes};
-    for (std::ptrdiff_t row = 0; row < rows.count; ++row) {
-        RowEndCells<D, Stored, V::count> cells(slots, whole, end - whole);
-        if constexpr (grains) {
-            RowEndSolids<D, V::count> solids(solid, whole, end - whole);
-            collide(cells.slots(), solids.row(), last, whole);
-            solids.put_back();
-        } else {
-            collide(cells.slots(), solid, last, whole);
-        }
-        cells.put_back();
-        for (auto*& slot : slots) slot += rows.stride;
+    RowEndCells<D, Stored, V::count> cells(slots, whole, end - whole);
+    if constexpr (grains) {
+        RowEndSolids<D, V::count> solids(solid, whole, end - whole);
+        collide(cells.slots(), solids.row(), last, whole);
+        solids.put_back();
+    } else {
+        collide(cells.slots(), solid, last, whole);
     }
+    cells.put_back();
 }
 
 inline constexpr double eddy_free = 1e-6;  //!< cells covered by more have no eddy viscosity

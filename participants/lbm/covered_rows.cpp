@@ -204,29 +204,6 @@ std::array<double, D + spins<D>> load_at_rest(Strip<D> const& s, SolidRow const&
     return load;
 }
 
-//! Twice the sum of numbers, and of each times its index.
-template <class Stored>
-[[gnu::always_inline]] inline std::array<double, 2> twice_the_sum(Stored const* numbers, std::ptrdiff_t count)
-{
-    using V = Lanes<double>;
-    constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
-    if (count == 1) return {2.0 * numbers[0], 0.0};
-    std::array<double, 2> total{};
-    std::ptrdiff_t k = 0;
-    if (count >= lanes) {
-        V sum, moment, index = counted_from<V>(0);
-        for (; k + lanes <= count; k += lanes) {
-            auto const f = load<V>(numbers + k);
-            sum = sum + f;
-            moment = madd(index, f, moment);
-            index = index + static_cast<double>(lanes);
-        }
-        for (std::size_t lane = 0; lane < V::count; ++lane) total[0] += sum.all[lane], total[1] += moment.all[lane];
-    }
-    for (; k < count; ++k) total[0] += numbers[k], total[1] += static_cast<double>(k) * numbers[k];
-    return {2 * total[0], 2 * total[1]};
-}
-
 }  // namespace
 
 //! Cuts the row into runs of blocks with and without solids.
@@ -275,7 +252,6 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
         if (phase_) phase_->take_from_row(r, begin, end, buffer.view());
     });
     add_strip_forces(strips, buffer.view());
-    add_rim_forces(r, slots);
 }
 
 template <int D>
@@ -312,44 +288,6 @@ void Solver<D>::add_strip_forces(std::span<std::uint32_t const> strips, SolidRow
                                   s.arm[1] * force_z - s.arm[2] * force_y,
                                   s.arm[2] * force_x - moment_z,
                                   moment_y - s.arm[1] * force_x};
-    }
-}
-
-//! Populations on their way to cells that are not stored come back half-way: of those that leave a row twice their
-//! momentum. The link from x to x + c/2 has the same moment as one through x: c x c = 0.
-template <int D>
-void Solver<D>::add_rim_forces(std::ptrdiff_t r, AnySlots<D> const& slots)
-{
-    std::span<RimLoad> const loads{rim_load_.data() + rim_start_[static_cast<std::size_t>(r)],
-                                   rim_load_.data() + rim_start_[static_cast<std::size_t>(r) + 1]};
-    Row const& row = layout_.row(r);
-    for (RimLoad& load : loads) {
-        std::array<double, 3> force{}, along{};  // along: of each cell x times the force
-        populations_.visit([&]<class Stored>(Rows<D, Stored> const&) {
-            for (Entrance const& link : walls_.entrances.of_row(r)) {
-                if (link.patch != load.patch) continue;
-                auto const [sum, moment] =
-                    twice_the_sum(static_cast<Stored const*>(slots[link.from]) + link.x, link.cells);
-                double const x_sum = moment + link.x * sum;
-                for (std::size_t k = 0; k < D; ++k) {
-                    double const c = Lattice<D>::c[link.from][k];
-                    force[k] += c * sum;
-                    along[k] += c * x_sum;
-                }
-            }
-        });
-        auto const& centre = coverage_.patches()[static_cast<std::size_t>(load.patch)].centre;
-        std::array<double, 3> arm{static_cast<double>(row.first), static_cast<double>(row.y),
-                                  static_cast<double>(row.z)};
-        for (std::size_t k = 0; k < D; ++k) arm[k] += 0.5 - centre[k];
-        auto torque = cross(arm, force);
-        torque[1] -= along[2];
-        torque[2] += along[1];
-        for (std::size_t k = 0; k < D; ++k) load.load[k] = force[k];
-        if constexpr (D == 2)
-            load.load[2] = torque[2];
-        else
-            std::copy(torque.begin(), torque.end(), load.load.begin() + D);
     }
 }
 
@@ -425,7 +363,6 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, st
         kernels_.covered(slots, {run.begin, run.end}, relaxation, solid);
     }
     for (std::uint32_t const k : strips) strip_load_[k] = load_at_rest(coverage_.strips()[k], solid);
-    add_rim_forces(r, slots);
 }
 
 template void Solver<2>::collide_covered_row(std::ptrdiff_t, AnySlots<2> const&, std::span<std::uint32_t const>);

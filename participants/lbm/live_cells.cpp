@@ -8,14 +8,25 @@
 namespace lbm {
 namespace {
 
-constexpr double wholly = 1 - 1e-9;  //!< of a cell: exact fractions, but for rounding
-constexpr std::ptrdiff_t lanes = 8;  //!< cells that are computed with at once
+constexpr double traces = 1e-9;  //!< of a cell: exact fractions, but for rounding
 
-//! For each cell whether solids cover it wholly; shape [z][y][x].
-template <int D>
-std::vector<char> covered_cells(Extent const& n, std::vector<Patch<D>> const& patches)
+enum class Cover : char
 {
-    std::vector<char> covered(static_cast<std::size_t>(n[0] * n[1] * n[2]), 0);
+    open,
+    partly,
+    wholly
+};
+
+Cover cover_of(double fraction)
+{
+    return fraction >= 1 - traces ? Cover::wholly : fraction > traces ? Cover::partly : Cover::open;
+}
+
+//! How far solids cover each cell; shape [z][y][x].
+template <int D>
+std::vector<Cover> covers(Extent const& n, std::vector<Patch<D>> const& patches)
+{
+    std::vector<Cover> cover(static_cast<std::size_t>(n[0] * n[1] * n[2]));
     std::vector<double> sum(static_cast<std::size_t>(n[0]));
     for (std::ptrdiff_t row = 0; row < n[1] * n[2]; ++row) {
         std::ranges::fill(sum, 0.0);
@@ -27,26 +38,39 @@ std::vector<char> covered_cells(Extent const& n, std::vector<Patch<D>> const& pa
             for (std::ptrdiff_t x = begin; x < end; ++x)
                 sum[static_cast<std::size_t>(x)] += fraction[x - patch.first[0]];
         }
-        std::ranges::transform(sum, covered.begin() + row * n[0], [](double s) { return s >= wholly; });
+        std::ranges::transform(sum, cover.begin() + row * n[0], cover_of);
     }
-    return covered;
+    return cover;
 }
 
-//! Leaves of the marks those whose neighbours along an axis, up to `rim` cells away, are marked as well.
-void erode(std::vector<char>& marked, Extent const& n, std::size_t axis, bool periodic)
+//! Marks the cells beside marked ones along an axis as well.
+void spread(std::vector<char>& marked, Extent const& n, std::size_t axis, bool periodic)
 {
     std::vector<char> const before = marked;
     std::ptrdiff_t const count = n[axis], step = axis == 0 ? 1 : axis == 1 ? n[0] : n[0] * n[1];
     auto const cells = static_cast<std::ptrdiff_t>(marked.size());
     for (std::ptrdiff_t lines = 0; lines < cells; lines += step * count)  // `step` lines lie side by side
         for (std::ptrdiff_t k = 0; k < count; ++k)
-            for (std::ptrdiff_t away = -rim; away <= rim; ++away) {
-                std::ptrdiff_t const at = periodic ? wrap(k + away, count) : k + away;
-                if (away == 0 || at < 0 || at >= count) continue;
+            for (std::ptrdiff_t const beside : {k - 1, k + 1}) {
+                std::ptrdiff_t const at = periodic ? wrap(beside, count) : beside;
+                if (at < 0 || at >= count) continue;
                 char const* const other = before.data() + lines + at * step;
                 char* const here = marked.data() + lines + k * step;
-                for (std::ptrdiff_t i = 0; i < step; ++i) here[i] &= other[i];
+                for (std::ptrdiff_t i = 0; i < step; ++i) here[i] |= other[i];
             }
+}
+
+//! For each cell whether it is covered wholly, and none beside it, across edges and corners too, is in part.
+template <int D>
+std::vector<char> dead_cells(Extent const& n, std::array<bool, 3> const& periodic, std::vector<Patch<D>> const& patches)
+{
+    auto const cover = covers(n, patches);
+    std::vector<char> dead(cover.size());
+    std::ranges::transform(cover, dead.begin(), [](Cover c) { return c == Cover::partly; });
+    for (std::size_t axis = 0; axis < D; ++axis) spread(dead, n, axis, periodic[axis]);
+    std::ranges::transform(cover, dead, dead.begin(),
+                           [](Cover c, char near_surface) { return c == Cover::wholly && near_surface == 0; });
+    return dead;
 }
 
 //! Live cells side by side in a row of the lattice.
@@ -92,14 +116,14 @@ struct Bounds
     Box box() const { return {low, {high[0] - low[0], high[1] - low[1], high[2] - low[2]}}; }
 };
 
-//! What a box costs, in cells: rows in whole registers, the links at both their ends, ghost cells.
+//! What a box costs, in cells: rows, the links at both their ends, ghost cells.
 double cost(Bounds const& b)
 {
     if (b.empty()) return 0;
     constexpr std::ptrdiff_t ends = 8, each = 100;
     auto const [nx, ny, nz] = b.box().size;
     std::ptrdiff_t const rows = (ny + 1) * (nz > 1 ? nz + 1 : 1);
-    return static_cast<double>(((nx + lanes - 1) / lanes * lanes + ends) * rows + each);
+    return static_cast<double>((nx + ends) * rows + each);
 }
 
 struct Cut
@@ -192,31 +216,6 @@ Boxes cut_up(std::vector<LiveRun> const& runs)
     return both.cost < one.cost ? both : one;
 }
 
-bool overlap(Box const& a, Box const& b)
-{
-    for (std::size_t k = 0; k < 3; ++k)
-        if (a.first[k] >= b.first[k] + b.size[k] || b.first[k] >= a.first[k] + a.size[k]) return false;
-    return true;
-}
-
-//! Makes rows longer, into dead cells, to whole registers where there is room: their last cells are slow else.
-void fill_registers(std::vector<Box>& boxes, std::ptrdiff_t nx)
-{
-    for (Box& box : boxes) {
-        std::ptrdiff_t const missing = (lanes - box.size[0] % lanes) % lanes;
-        for (bool const upward : {true, false}) {
-            Box wider = box;
-            wider.size[0] += missing;
-            if (!upward) wider.first[0] -= missing;
-            bool const within = wider.first[0] >= 0 && wider.first[0] + wider.size[0] <= nx;
-            auto const in_the_way = [&](Box const& other) { return &other != &box && overlap(wider, other); };
-            if (!within || std::ranges::any_of(boxes, in_the_way)) continue;
-            box = wider;
-            break;
-        }
-    }
-}
-
 }  // namespace
 
 template <int D>
@@ -225,13 +224,11 @@ std::vector<Box> live_boxes(Extent const& n, std::array<bool, 3> const& periodic
     constexpr double worth = 0.9;  // of what all cells cost
     Box const all{{0, 0, 0}, n};
     if (patches.empty()) return {all};
-    auto dead = covered_cells(n, patches);
-    for (std::size_t axis = 0; axis < D; ++axis) erode(dead, n, axis, periodic[axis]);
+    auto const dead = dead_cells(n, periodic, patches);
     auto const left_out = static_cast<double>(std::ranges::count(dead, 1));
     if (left_out < (1 - worth) * static_cast<double>(dead.size())) return {all};
     Boxes cut = cut_up(runs_between(dead, n));
     if (cut.boxes.empty() || cut.cost > worth * cost({{0, 0, 0}, n})) return {all};
-    fill_registers(cut.boxes, n[0]);
     return cut.boxes;
 }
 
@@ -259,7 +256,7 @@ bool is_covered(std::vector<Patch<D>> const& patches, Extent const& cell)
         std::ptrdiff_t const x = cell[0] - patch.first[0];
         if (fraction != nullptr && x >= 0 && x < patch.size[0]) sum += fraction[x];
     }
-    return sum >= wholly;
+    return cover_of(sum) == Cover::wholly;
 }
 
 template bool is_covered<2>(std::vector<Patch<2>> const&, Extent const&);

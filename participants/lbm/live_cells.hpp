@@ -9,13 +9,11 @@
 namespace lbm {
 
 //! Boxes around the cells that a flow reaches, close to as few cells as possible. Left out are those that solids at
-//! rest cover wholly, and so all cells up to `rim` away from them; cells beyond a side that is not periodic count as
-//! covered. If too little would be saved, there is one box: all.
+//! rest cover wholly, but for those beside cells that they cover in part. If too little would be saved, there is one
+//! box: all.
 template <int D>
 std::vector<Box> live_boxes(Extent const& cells, std::array<bool, 3> const& periodic,
                             std::vector<Patch<D>> const& patches);
-
-inline constexpr std::ptrdiff_t rim = 2;  //!< covered cells that are stored around fluid
 
 //! The solid that covers most of a cell, the first of equals.
 template <int D>

@@ -39,27 +39,6 @@ void Solver<D>::add_parts(std::size_t index, std::vector<SumPart<freedoms>>& par
     if (coverage_.has_all_of(index)) join(parts, first);
 }
 
-//! What patches get through cells that are not stored.
-template <int D>
-void Solver<D>::add_rim_parts(std::size_t first, std::vector<SumPart<freedoms>>& parts) const
-{
-    constexpr std::int64_t none = -1;
-    std::vector<SumPart<freedoms>> now;  // of each patch
-    for (std::size_t i = 0; i < solid_exchange_.size(); ++i) now.push_back({first + i, none, {}});
-    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r)
-        for (std::size_t k = rim_start_[static_cast<std::size_t>(r)]; k < rim_start_[static_cast<std::size_t>(r) + 1];
-             ++k) {
-            auto& part = now[static_cast<std::size_t>(rim_load_[k].patch)];
-            if (part.layer != domain_.layer_of(r)) {
-                if (part.layer != none) parts.push_back(part);
-                part = {part.which, domain_.layer_of(r), {}};
-            }
-            for (std::size_t f = 0; f < freedoms; ++f) part.sum[f] += rim_load_[k].load[f];
-        }
-    for (auto const& part : now)
-        if (part.layer != none) parts.push_back(part);
-}
-
 //! Momentum and angular momentum of the step [lattice units]: by bodies, by patches, and by patches through cells that
 //! are not stored. Added up in one order, whatever the number of threads and processes.
 template <int D>
@@ -71,7 +50,7 @@ std::vector<typename Solver<D>::Motion> Solver<D>::exchanged() const
     if (solids == 0) return sums;
     std::vector<SumPart<freedoms>> parts;
     for (std::size_t i = 0; i < solids; ++i) add_parts(i, parts);
-    if (!rim_load_.empty()) add_rim_parts(solids, parts);
+    rim_loads_.add_parts(populations_, solids, parts);
     auto const of_covering = domain_.totals(parts, solids + patches);
     sums.insert(sums.end(), of_covering.begin(), of_covering.end());
     return sums;
@@ -222,26 +201,8 @@ std::vector<double> Solver<D>::solid_volumes() const
     return volumes;
 }
 
-//! Which solids each row gives to through cells that are not stored.
-template <int D>
-void Solver<D>::list_rim()
-{
-    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
-        auto const begin = rim_load_.size();
-        rim_start_.push_back(static_cast<std::uint32_t>(begin));
-        for (Entrance const& link : walls_.entrances.of_row(r)) {
-            auto const known = [&](RimLoad const& l) { return l.patch == link.patch; };
-            if (link.patch >= 0 &&
-                std::none_of(rim_load_.begin() + static_cast<std::ptrdiff_t>(begin), rim_load_.end(), known))
-                rim_load_.push_back({link.patch, {}});
-        }
-    }
-    rim_start_.push_back(static_cast<std::uint32_t>(rim_load_.size()));
-}
-
 #define LBM_LOADS(D)                                               \
     template bool Solver<D>::sum_loads();                          \
-    template void Solver<D>::list_rim();                           \
     template std::array<double, D> Solver<D>::taken_along() const; \
     template std::vector<double> Solver<D>::solid_volumes() const;
 LBM_LOADS(2)

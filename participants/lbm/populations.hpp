@@ -48,8 +48,9 @@ class Rows;
 //! used up they are moved back (1/2 % of the time). Every cell reads and writes its own slots only: no order, no races,
 //! no second array.
 //!
-//! What leaves a row at one of its ends lies there, far from what leaves the next row. It is noted once more, row by
-//! row side by side: walls and joined sides across x take it from there.
+//! What leaves a row at one of its ends lies in a ghost cell, far from what leaves the next row. It is noted once more,
+//! row by row side by side: walls and joined sides across x take it from there. So ghost cells between rows are lost
+//! when rows collide: those that do not fill registers do so as one, with what lies between them.
 template <int D>
 class Populations
 {

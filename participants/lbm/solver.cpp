@@ -75,6 +75,13 @@ Walls walls_lu(Config const& c, Relaxation const& relaxation, Domain<D> const& d
     return walls;
 }
 
+//! Whether there is a side with a given density.
+bool has_openings(Walls const& walls)
+{
+    auto const is_opening = [](Boundary const& side) { return side.kind == Border::pressure; };
+    return std::ranges::any_of(walls.side, [&](auto const& pair) { return std::ranges::any_of(pair, is_opening); });
+}
+
 //! Solids finer than a cell and interpolated surfaces have arrays over whole layers: then all of it is stored.
 template <int D>
 Layout layout_of(Config const& c, std::vector<Patch<D>> const& patches, std::vector<Box> boxes)
@@ -126,6 +133,7 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
       walls_(walls_lu<D>(config_, relaxation_, domain_, patches)),
       kernels_(kernels_of<D>(config_)),
       coverage_(domain_, walls_.periodic(), std::move(patches)),
+      rim_loads_(domain_, walls_.entrances, coverage_.patches()),
       team_(config_.threads),
       populations_(layout_, config_.precision, team_),
       solid_exchange_(coverage_.patches().size()),
@@ -135,7 +143,6 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
 {
     require_shareable(config_, peers ? peers->count() : 1);
     if (peers) halo_.emplace(domain_, walls_.entrances.crossings, config_.precision);
-    list_rim();
     list_still_rows();
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
     if (config_.phase) phase_.emplace(config_, domain_);
@@ -269,6 +276,7 @@ void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
         next = std::min(begin + at_once, end);
         if (!complete_) enter_rows(begin, next);
         for (std::ptrdiff_t r = begin; r < next;) r += collide_from(r, next);
+        rim_loads_.find(populations_, begin, next);
         populations_.visit([&](auto const& rows) { rows.note_ends(begin, next); });
     }
 }
@@ -302,6 +310,7 @@ void Solver<D>::enter_rows(std::ptrdiff_t begin, std::ptrdiff_t end)
 {
     populations_.visit([&](auto const& rows) {
         enter_from_outside(rows, begin, end, walls_);
+        if (!has_openings(walls_)) return;
         for (std::ptrdiff_t r = begin; r < end; ++r) note_turned(rows, r, walls_);
     });
 }

@@ -16,6 +16,7 @@
 #include "participants/lbm/phase.hpp"
 #include "participants/lbm/populations.hpp"
 #include "participants/lbm/relaxation.hpp"
+#include "participants/lbm/rim_loads.hpp"
 #include "participants/lbm/solids.hpp"
 #include "participants/lbm/still_rows.hpp"
 #include "participants/lbm/walls.hpp"
@@ -145,15 +146,12 @@ class Solver
     void prefetch_next(std::ptrdiff_t r) const;
     void collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     void add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid);
-    void add_rim_forces(std::ptrdiff_t r, AnySlots<D> const& slots);
     bool sum_loads();
     void add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const;
-    void add_rim_parts(std::size_t first, std::vector<SumPart<freedoms>>& parts) const;
     std::vector<Motion> exchanged() const;
     void find_solid_loads(std::span<Motion const> strips, std::span<Motion const> rims);
     void find_loads();
     Motion relax(std::size_t body, Motion const& told);
-    void list_rim();
     void check_bodies(BodiesView const& bodies) const;
     std::span<Body<D> const> covering() const  //!< bodies that cover cells in part
     {
@@ -176,12 +174,6 @@ class Solver
     void watch();
     void report_blow_up();
 
-    //! What a row gives to a solid at rest through cells that are not stored [lattice units].
-    struct RimLoad
-    {
-        std::int32_t patch;
-        Motion load;
-    };
     //! The fluid that a body displaces.
     struct Displaced
     {
@@ -214,6 +206,7 @@ class Solver
     Walls walls_;
     Kernels<D> kernels_;
     Coverage<D> coverage_;
+    RimLoads<D> rim_loads_;
     StillRows still_;
     std::optional<Links<D>> links_;  //!< bodies are surfaces, instead of covering cells
     sluice::Team team_;
@@ -226,8 +219,6 @@ class Solver
     std::vector<Motion> strip_load_;  //!< force and torque [lattice units]
     std::vector<double> force_, torque_, exchange_, exchange_torque_;
     std::vector<Motion> solid_exchange_;  //!< of the last step with the patches [N, N m]
-    std::vector<RimLoad> rim_load_;
-    std::vector<std::uint32_t> rim_start_;  //!< for each row, in rim_load_; and its end
     std::vector<double> solid_force_, solid_torque_;
     std::vector<std::ptrdiff_t> covered_cells_;  //!< for each row
     Share share_{};

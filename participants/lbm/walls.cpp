@@ -260,6 +260,18 @@ Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings 
 
 namespace {
 
+//! What left the row that a link comes from, and those above it, as far as it left it at one of its ends.
+template <int D, class Stored>
+Stored const* left_at_ends(Rows<D, Stored> const& p, Entrance const& link, std::ptrdiff_t y, std::ptrdiff_t z)
+{
+    auto const& c = Lattice<D>::c[link.from];
+    auto const box = static_cast<std::size_t>(link.box);
+    Extent const& size = p.layout().boxes()[box].size;
+    if (c[0] == 0 || link.cells > 1 || link.x + link.place[0] != (c[0] > 0 ? size[0] : -1)) return nullptr;
+    return p.ends(link.from) + p.layout().first_row(box) + (z + link.place[2] - c[2]) * size[1] + y + link.place[1] -
+           c[1];
+}
+
 //! Cells of one direction side by side in a row.
 template <int D, class Stored>
 void enter_piece(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link, Walls const& walls)
@@ -268,9 +280,11 @@ void enter_piece(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& lin
     Row const& row = layout.row(r);
     Extent const& first = layout.boxes()[static_cast<std::size_t>(row.box)].first;
     Stored* const in = p.row(link.into, r) + link.x;
-    Stored const* const out = p.at(static_cast<std::size_t>(link.box), link.from, row.y - first[1] + link.place[1],
-                                   row.z - first[2] + link.place[2]) +
-                              link.x + link.place[0];
+    std::ptrdiff_t const y = row.y - first[1], z = row.z - first[2];
+    Stored const* out = left_at_ends(p, link, y, z);
+    if (out == nullptr)
+        out = p.at(static_cast<std::size_t>(link.box), link.from, y + link.place[1], z + link.place[2]) + link.x +
+              link.place[0];
     Boundary const& side = walls.side[link.across][Lattice<D>::c[link.into][link.across] > 0 ? 0 : 1];
     auto const cell = [&](std::ptrdiff_t k) { return Extent{row.first + link.x + k, row.y, row.z}; };
     if (link.kind == Border::inflow) {
@@ -284,18 +298,6 @@ void enter_piece(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& lin
     } else {
         for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + link.push);
     }
-}
-
-//! What left the row that a link comes from, and those above it, as far as it left it at one of its ends.
-template <int D, class Stored>
-Stored const* left_at_ends(Rows<D, Stored> const& p, Entrance const& link, std::ptrdiff_t y, std::ptrdiff_t z)
-{
-    auto const& c = Lattice<D>::c[link.from];
-    auto const box = static_cast<std::size_t>(link.box);
-    Extent const& size = p.layout().boxes()[box].size;
-    if (c[0] == 0 || link.x + link.place[0] != (c[0] > 0 ? size[0] : -1)) return nullptr;
-    return p.ends(link.from) + p.layout().first_row(box) + (z + link.place[2] - c[2]) * size[1] + y + link.place[1] -
-           c[1];
 }
 
 //! One cell of each row from `begin` to `end`, one above the other in a box. Each is far from the last in memory: next

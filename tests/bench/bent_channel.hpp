@@ -41,6 +41,27 @@ double add_basin(lbm::Config& c, double share)
     return cells / all;
 }
 
+//! Fluid over the floor of a box in space, the rest solid. Returns the fluid's share.
+inline double add_layer(lbm::Config& c, double share)
+{
+    double const depth = std::round(share * c.size[2]);
+    add_block<3>(c, {0, 0, depth}, c.size);
+    return depth / c.size[2];
+}
+
+//! A channel along x in the middle of a box, as wide as high. Returns the fluid's share.
+inline double add_straight_duct(lbm::Config& c, double share)
+{
+    auto const [nx, ny, nz] = c.size;
+    double const width = std::round(std::sqrt(share * ny * nz)), front = std::round(0.5 * (ny - width)),
+                 below = std::round(0.5 * (nz - width));
+    add_block<3>(c, {0, 0, 0}, {nx, ny, below});
+    add_block<3>(c, {0, 0, below + width}, {nx, ny, nz});
+    add_block<3>(c, {0, 0, below}, {nx, front, below + width});
+    add_block<3>(c, {0, front + width, below}, {nx, ny, below + width});
+    return width * width / (ny * nz);
+}
+
 //! A box of cells with a channel from its left side to its right one, once up and once down, cut out of blocks; in
 //! space as high as wide.
 template <int D>
@@ -50,15 +71,16 @@ struct BentChannel
     double width;              //!< [cells]
     double corner, low, high;  //!< x of the upright part; y of both others
 
-    //! As wide as makes it `share` of the box, or a little more.
-    BentChannel(lbm::Extent const& cells, double share)
+    //! As wide as makes it `share` of the box, or a little more. `within`: its walls across x and y lie so far within
+    //! cells.
+    BentChannel(lbm::Extent const& cells, double share, double within = 0)
         : nx(static_cast<double>(cells[0])),
           ny(static_cast<double>(cells[1])),
           nz(static_cast<double>(cells[2])),
-          width(1),
-          corner(std::round(0.7 * nx)),
-          low(std::round(0.2 * ny)),
-          high(std::round(0.7 * ny))
+          width(1 + within),
+          corner(std::round(0.7 * nx) + within),
+          low(std::round(0.2 * ny) + within),
+          high(std::round(0.7 * ny) + within)
     {
         while (fluid() < share) ++width;
     }

@@ -222,6 +222,38 @@ void show_tenth(char const* name, lbm::Config const& box, lbm::Config const& wit
     show("memory, by full box", static_cast<double>(cut.bytes()) / static_cast<double>(full.bytes()));
 }
 
+constexpr double tenth = 0.1;
+
+void show_tenth_in_plane(Size const& size, lbm::Precision precision)
+{
+    lbm::Config const box = config(size, 1, 0.1, precision);
+    lbm::Config bent = box;
+    BentChannel<2> const channel(bent.cells(), tenth);
+    channel.add_to(bent);
+    show_tenth<2>("tenth of fluid, bent channel", box, bent, channel.fluid(), size.steps / 5);
+}
+
+//! The last one's walls lie within cells.
+void show_tenths_in_space(std::ptrdiff_t side, lbm::Precision precision)
+{
+    lbm::Config const full = box({side, side, side}, precision);
+    auto const show = [&](char const* name, auto&& add_solids) {
+        lbm::Config scene = full;
+        double const fluid = add_solids(scene);
+        show_tenth<3>(name, full, scene, fluid, 2);
+    };
+    auto const add_bent = [](lbm::Config& c, double within) {
+        BentChannel<3> const channel(c.cells(), tenth, within);
+        channel.add_to(c);
+        return channel.fluid();
+    };
+    show("D3Q19 tenth of fluid, layer", [](lbm::Config& c) { return add_layer(c, tenth); });
+    show("D3Q19 tenth of fluid, along x", [](lbm::Config& c) { return add_straight_duct(c, tenth); });
+    show("D3Q19 tenth of fluid, bent duct", [&](lbm::Config& c) { return add_bent(c, 0); });
+    show("D3Q19 tenth of fluid, basin", [](lbm::Config& c) { return add_basin<3>(c, tenth); });
+    show("D3Q19 tenth of fluid, cut cells", [&](lbm::Config& c) { return add_bent(c, 0.3); });
+}
+
 //! The oracle of the tests: two grids, one cell at a time, moments by matrix.
 double plain_rate(lbm::Config const& c, Size const& size)
 {
@@ -293,17 +325,8 @@ int main(int argc, char** argv)
         }
     }
     for (auto const precision : precisions) {
-        constexpr double tenth = 0.1;
-        lbm::Config const plane = config(size, 1, 0.1, precision), solid = box({side, side, side}, precision);
-        lbm::Config bent = plane, pipe = solid, basin = solid;
-        BentChannel<2> const channel(bent.cells(), tenth);
-        channel.add_to(bent);
-        show_tenth<2>("tenth of fluid, bent channel", plane, bent, channel.fluid(), size.steps / 5);
-        BentChannel<3> const duct(pipe.cells(), tenth);
-        duct.add_to(pipe);
-        show_tenth<3>("D3Q19 tenth of fluid, bent duct", solid, pipe, duct.fluid(), 2);
-        double const fluid = add_basin<3>(basin, tenth);
-        show_tenth<3>("D3Q19 tenth of fluid, basin", solid, basin, fluid, 2);
+        show_tenth_in_plane(size, precision);
+        show_tenths_in_space(side, precision);
     }
     double const plain = plain_rate(config(size, 1, 0.1), size);
     note("plain two-grid lattice, MRT + LES", metric(1, precisions[0]), plain / 1e6, "MLUPS", "roofline",
