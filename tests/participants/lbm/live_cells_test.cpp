@@ -190,7 +190,12 @@ TEST_CASE("live cells: boxes share no cell, and leave out only what is covered, 
                 live += open ? 1 : 0;
                 if (open) CHECK(held[static_cast<std::size_t>(y * nx + x)] == 1);
             }
-        CHECK(stored < (round ? 1.2 : 1.05) * live);
+        auto const filled = [](double cells, lbm::Box const& box) {
+            return cells + 3.5 * static_cast<double>(box.size[1]);
+        };
+        double const to_registers =
+            round ? std::accumulate(boxes.begin(), boxes.end(), 0.0, filled) : 0;  // in the mean
+        CHECK(stored < (round ? 1.2 : 1.05) * live + to_registers);
     }
 }
 
