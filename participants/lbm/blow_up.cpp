@@ -36,7 +36,8 @@ bool has_blown_up(Slots<D, Stored> const& slots, std::ptrdiff_t nx) noexcept
     using V = Lanes<double>;
     auto all = V{}.all == V{}.all;
     in_whole_registers<D, false, V>(
-        slots, {}, {0, nx}, [&](Slots<D, Stored> const& f, SolidRow const&, CellRows const& cells, std::ptrdiff_t) {
+        slots, {}, {0, nx},
+        [&](Slots<D, Stored> const& f, SolidRow<Stored> const&, CellRows const& cells, std::ptrdiff_t) {
             for (std::ptrdiff_t x = cells.begin; x < cells.end; x += V::count) all &= good<D, V>(f, x);
         });
     for (std::size_t lane = 0; lane < V::count; ++lane)

@@ -24,16 +24,35 @@ struct Features
     bool operator==(Features const&) const = default;
 };
 
-//! What the collision of one row needs to know of the solids, and what it tells of them; arrays over x.
+//! What the collision of one row needs to know of the solids, and what it tells of them; arrays over x, of the type
+//! that populations are stored as.
+template <class Stored>
 struct SolidRow
 {
-    double const* fraction;  //!< sum of the bodies' solid fractions eps [-], may exceed 1 where bodies overlap
-    double const* weight;    //!< B/sum(eps) [-]: solids push a cell by -2 B (j - rho u_s) a step
-    double const* open;      //!< the fluid of the cell is 1/open times as viscous [-]
-    double const* ease;      //!< in space: how B falls with the cell's velocity beside the solid (solid_weight.hpp)
-    std::array<double const*, 3> momentum;  //!< sum of eps u_s (cells a step); of D entries
-    double* force_rate;                     //!< out: 2 weight rho
-    std::array<double*, 3> force;           //!< out: 2 weight j; a body's force is eps (force - force_rate u_s)
+    Stored const* fraction;  //!< sum of the bodies' solid fractions eps [-], may exceed 1 where bodies overlap
+    Stored const* weight;    //!< B/sum(eps) [-]: solids push a cell by -2 B (j - rho u_s) a step
+    Stored const* open;      //!< the fluid of the cell is 1/open times as viscous [-]
+    Stored const* ease;      //!< in space: how B falls with the cell's velocity beside the solid (solid_weight.hpp)
+    std::array<Stored const*, 3> momentum;  //!< sum of eps u_s (cells a step); of D entries
+    Stored* force_rate;                     //!< out: 2 weight rho
+    std::array<Stored*, 3> force;           //!< out: 2 weight j; a body's force is eps (force - force_rate u_s)
+};
+//! The same for who does not know that type. Refers to a SolidRow, or to none.
+class AnySolidRow
+{
+ public:
+    AnySolidRow() = default;
+    template <class Stored>
+    AnySolidRow(SolidRow<Stored> const& row) noexcept : row_(&row)
+    {}
+    template <class Stored>
+    SolidRow<Stored> typed() const noexcept
+    {
+        return row_ ? *static_cast<SolidRow<Stored> const*>(row_) : SolidRow<Stored>{};
+    }
+
+ private:
+    void const* row_ = nullptr;
 };
 
 //! The same of one cell, or of several at once.
@@ -46,13 +65,15 @@ struct SolidCell
     std::array<V, D> force{};
 
     SolidCell() = default;
-    [[gnu::always_inline]] SolidCell(SolidRow const& row, std::ptrdiff_t x) noexcept
+    template <class Stored>
+    [[gnu::always_inline]] SolidCell(SolidRow<Stored> const& row, std::ptrdiff_t x) noexcept
         : fraction(load<V>(row.fraction + x)), weight(load<V>(row.weight + x)), open(load<V>(row.open + x))
     {
         if constexpr (eased_by_inertia<D>) ease = load<V>(row.ease + x);
         for (std::size_t k = 0; k < D; ++k) momentum[k] = load<V>(row.momentum[k] + x);
     }
-    [[gnu::always_inline]] void tell(SolidRow const& row, std::ptrdiff_t x) const noexcept
+    template <class Stored>
+    [[gnu::always_inline]] void tell(SolidRow<Stored> const& row, std::ptrdiff_t x) const noexcept
     {
         store(row.force_rate + x, force_rate);
         for (std::size_t k = 0; k < D; ++k) store(row.force[k] + x, force[k]);
@@ -103,11 +124,11 @@ class RowEndCells
 };
 
 //! The same of what is known and told of solids.
-template <int D, std::size_t N>
+template <int D, class Stored, std::size_t N>
 class RowEndSolids
 {
  public:
-    RowEndSolids(SolidRow const& row, std::ptrdiff_t begin, std::ptrdiff_t count)
+    RowEndSolids(SolidRow<Stored> const& row, std::ptrdiff_t begin, std::ptrdiff_t count)
         : from_(row), begin_(begin), count_(count)
     {
         std::copy_n(row.fraction + begin, count, known_[0]);
@@ -121,7 +142,7 @@ class RowEndSolids
             at_.force[k] = told_[1 + k];
         }
     }
-    SolidRow const& row() const noexcept { return at_; }
+    SolidRow<Stored> const& row() const noexcept { return at_; }
     void put_back() const noexcept
     {
         std::copy_n(told_[0], count_, from_.force_rate + begin_);
@@ -129,15 +150,15 @@ class RowEndSolids
     }
 
  private:
-    SolidRow from_, at_{};
+    SolidRow<Stored> from_, at_{};
     std::ptrdiff_t begin_, count_;
-    alignas(64) double known_[4 + D][N] = {}, told_[1 + D][N] = {};
+    alignas(64) Stored known_[4 + D][N] = {}, told_[1 + D][N] = {};
 };
 
 //! Gives cells to collide(slots, solids, cells, first), in whole registers: the last ones of a row as a copy, whose
 //! first cell is the row's cell `first`.
 template <int D, bool grains, class V, class Stored, class Collide>
-[[gnu::always_inline]] inline void in_whole_registers(Slots<D, Stored> const& slots, SolidRow const& solid,
+[[gnu::always_inline]] inline void in_whole_registers(Slots<D, Stored> const& slots, SolidRow<Stored> const& solid,
                                                       CellRows rows, Collide collide)
 {
     constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
@@ -151,7 +172,7 @@ template <int D, bool grains, class V, class Stored, class Collide>
     CellRows const last{0, lanes};
     RowEndCells<D, Stored, V::count> cells(slots, whole, end - whole);
     if constexpr (grains) {
-        RowEndSolids<D, V::count> solids(solid, whole, end - whole);
+        RowEndSolids<D, Stored, V::count> solids(solid, whole, end - whole);
         collide(cells.slots(), solids.row(), last, whole);
         solids.put_back();
     } else {
@@ -159,6 +180,15 @@ template <int D, bool grains, class V, class Stored, class Collide>
     }
     cells.put_back();
 }
+
+//! Shares of momentum that go along an axis and along each of the four diagonals through it, 1/3 and 1/6, so rounded
+//! that axis + 4 diagonal = 1: with 1/3 and 1/6 as floats a cell's momentum would grow by 3e-8 of what is exchanged.
+template <class Number>
+struct MomentumShares
+{
+    static constexpr double diagonal = static_cast<Number>(1.0 / 6), axis = 1 - 4 * diagonal;
+    static_assert(static_cast<Number>(axis) == axis);
+};
 
 inline constexpr double eddy_free = 1e-6;  //!< cells covered by more have no eddy viscosity
 

@@ -160,10 +160,11 @@ template <Features F, class V>
     V axis_x = flux_x, axis_y = flux_y;
     V corner_x = -0.5 * flux_x, corner_y = -0.5 * flux_y;
     if constexpr (F.force || F.grains) {
-        axis_x = madd(total_x, 1.0 / 6, axis_x);
-        axis_y = madd(total_y, 1.0 / 6, axis_y);
-        corner_x = madd(total_x, 1.0 / 6, corner_x);
-        corner_y = madd(total_y, 1.0 / 6, corner_y);
+        using Shares = MomentumShares<typename V::Number>;
+        axis_x = madd(total_x, 0.5 * Shares::axis, axis_x);
+        axis_y = madd(total_y, 0.5 * Shares::axis, axis_y);
+        corner_x = madd(total_x, Shares::diagonal, corner_x);
+        corner_y = madd(total_y, Shares::diagonal, corner_y);
     }
     V const along1 = axis + normal_change, along2 = axis - normal_change;
     V const along5 = diagonal + shear_change, along6 = diagonal - shear_change;
@@ -225,7 +226,7 @@ struct PlaneCell
     SolidCell<2, V> solid;
     V place;
 
-    [[gnu::always_inline]] PlaneCell(Slots<2, Stored> const& slots, SolidRow const& row, std::ptrdiff_t at,
+    [[gnu::always_inline]] PlaneCell(Slots<2, Stored> const& slots, SolidRow<Stored> const& row, std::ptrdiff_t at,
                                      std::ptrdiff_t first) noexcept
     {
 #pragma GCC unroll 9
@@ -233,7 +234,7 @@ struct PlaneCell
         if constexpr (F.grains) solid = SolidCell<2, V>(row, at);
         if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + at));
     }
-    [[gnu::always_inline]] void put_back(Slots<2, Stored> const& slots, SolidRow const& row,
+    [[gnu::always_inline]] void put_back(Slots<2, Stored> const& slots, SolidRow<Stored> const& row,
                                          std::ptrdiff_t at) const noexcept
     {
 #pragma GCC unroll 9
@@ -247,12 +248,12 @@ struct PlaneCell
 
 //! Collides cells in whole registers, in place. x = 0 is the row's cell `first`.
 template <Features F, class V, class Stored>
-void collide_whole(Slots<2, Stored> const& slots, SolidRow const& row, CellRows const& cells, std::ptrdiff_t first,
-                   Relaxation const& relaxation)
+void collide_whole(Slots<2, Stored> const& slots, SolidRow<Stored> const& row, CellRows const& cells,
+                   std::ptrdiff_t first, Relaxation const& relaxation)
 {
     Slots<2, Stored> const f = slots;
     Relaxation const r = relaxation;
-    SolidRow const s = row;
+    SolidRow<Stored> const s = row;
     cells.each_register<static_cast<std::ptrdiff_t>(V::count)>([&](std::ptrdiff_t at) __attribute__((always_inline)) {
         PlaneCell<F, V, Stored> cell(f, s, at, first);
         Eddy<V> eddy;
@@ -267,11 +268,11 @@ void collide_whole(Slots<2, Stored> const& slots, SolidRow const& row, CellRows 
 
 //! Collides cells of D2Q9 in place, in numbers of V.
 template <Features F, class V, class Stored>
-void collide(AnySlots<2> const& slots, CellRows const& cells, Relaxation const& relaxation, SolidRow const& solid)
+void collide(AnySlots<2> const& slots, CellRows const& cells, Relaxation const& relaxation, AnySolidRow const& solid)
 {
     in_whole_registers<2, F.grains, V>(
-        typed<2, Stored>(slots), solid, cells,
-        [&](Slots<2, Stored> const& f, SolidRow const& s, CellRows const& whole, std::ptrdiff_t first) {
+        typed<2, Stored>(slots), solid.typed<Stored>(), cells,
+        [&](Slots<2, Stored> const& f, SolidRow<Stored> const& s, CellRows const& whole, std::ptrdiff_t first) {
             collide_whole<F, V>(f, s, whole, first, relaxation);
         });
 }

@@ -195,6 +195,7 @@ template <Features F, class V, class Cell>
     using Force = typename SpaceChange<F, V>::Force;
     constexpr bool split = F.les || F.split;
     constexpr double axis = 1.0 / 18, diagonal = 1.0 / 36;
+    using Momentum = MomentumShares<typename V::Number>;
     auto const& [base, inverse_rho, jx, jy, jz, even_rate, flux_rate, Fx, Fy, Fz, Gx, Gy, Gz, work, along_x, along_y,
                  along_z, shear_xy, shear_xz, shear_yz, bulk] = c;
     // even parts: sums of both populations, less equilibrium (f + S/2 - f_eq); S = w (9 c.u c.F - work)
@@ -210,13 +211,13 @@ template <Features F, class V, class Cell>
     auto const minus_half_even = -0.5 * even_rate, minus_half_flux = -0.5 * flux_rate;
     V const square_by_rho = 4.5 * inverse_rho;
     // odd parts: f + S/2 - f_eq; what both populations gain
-    auto const collide_pair = [&](std::size_t q, double weight, V const& stress, V const& cj, Force const& cF,
-                                  V const& cG) __attribute__((always_inline))
+    auto const collide_pair = [&](std::size_t q, double weight, double share, V const& stress, V const& cj,
+                                  Force const& cF, V const& cG) __attribute__((always_inline))
     {
         V const one = f[q], other = f[q + 1];
         V apart = madd(-2.0 * weight, madd(cj * square_by_rho, cj, base), one + other);
-        V b = minus_half_flux * madd(-6.0 * weight, cj, one - other);
-        if constexpr (F.force || F.grains) b = madd(3.0 * weight * (1.0 - 0.5 * flux_rate), cG, b);
+        V b = minus_half_flux * madd(-share, cj, one - other);
+        if constexpr (F.force || F.grains) b = madd(0.5 * share * (1.0 - 0.5 * flux_rate), cG, b);
         V gain = b, other_gain = -b;
         if constexpr (split) gain = madd(weight, stress, b), other_gain = madd(weight, stress, -b);
         if constexpr (F.force) {
@@ -226,15 +227,23 @@ template <Features F, class V, class Cell>
         f.put(q, one + madd(minus_half_even, apart, gain));
         f.put(q + 1, other + madd(minus_half_even, apart, other_gain));
     };
-    collide_pair(1, axis, along_x, jx, Fx, Gx);
-    collide_pair(3, axis, along_y, jy, Fy, Gy);
-    collide_pair(5, axis, along_z, jz, Fz, Gz);
-    collide_pair(7, diagonal, bulk - along_z + shear_xy, jx + jy, Fx + Fy, Gx + Gy);
-    collide_pair(9, diagonal, bulk - along_z - shear_xy, jx - jy, Fx - Fy, Gx - Gy);
-    collide_pair(11, diagonal, bulk - along_y + shear_xz, jx + jz, Fx + Fz, Gx + Gz);
-    collide_pair(13, diagonal, bulk - along_y - shear_xz, jx - jz, Fx - Fz, Gx - Gz);
-    collide_pair(15, diagonal, bulk - along_x + shear_yz, jy + jz, Fy + Fz, Gy + Gz);
-    collide_pair(17, diagonal, bulk - along_x - shear_yz, jy - jz, Fy - Fz, Gy - Gz);
+    auto const along_axis = [&](std::size_t q, auto const&... of) __attribute__((always_inline))
+    {
+        collide_pair(q, axis, Momentum::axis, of...);
+    };
+    auto const along_diagonal = [&](std::size_t q, auto const&... of) __attribute__((always_inline))
+    {
+        collide_pair(q, diagonal, Momentum::diagonal, of...);
+    };
+    along_axis(1, along_x, jx, Fx, Gx);
+    along_axis(3, along_y, jy, Fy, Gy);
+    along_axis(5, along_z, jz, Fz, Gz);
+    along_diagonal(7, bulk - along_z + shear_xy, jx + jy, Fx + Fy, Gx + Gy);
+    along_diagonal(9, bulk - along_z - shear_xy, jx - jy, Fx - Fy, Gx - Gy);
+    along_diagonal(11, bulk - along_y + shear_xz, jx + jz, Fx + Fz, Gx + Gz);
+    along_diagonal(13, bulk - along_y - shear_xz, jx - jz, Fx - Fz, Gx - Gz);
+    along_diagonal(15, bulk - along_x + shear_yz, jy + jz, Fy + Fz, Gy + Gz);
+    along_diagonal(17, bulk - along_x - shear_yz, jy - jz, Fy - Fz, Gy - Gz);
 }
 
 //! One cell of D3Q19, or several at once, in central moments (collide_central.hpp).
@@ -293,13 +302,13 @@ template <Features F, class V, class Cell>
 
 //! Collides cells in whole registers, in place. x = 0 is the row's cell `first`.
 template <Features F, class V, class Stored>
-void collide_whole(Slots<3, Stored> const& slots, SolidRow const& row, CellRows const& cells, std::ptrdiff_t first,
-                   Relaxation const& relaxation)
+void collide_whole(Slots<3, Stored> const& slots, SolidRow<Stored> const& row, CellRows const& cells,
+                   std::ptrdiff_t first, Relaxation const& relaxation)
 {
     constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
     Slots<3, Stored> const f = slots;
     Relaxation const r = relaxation;
-    SolidRow const solids = row;
+    SolidRow<Stored> const solids = row;
     auto const found_at = [&](std::ptrdiff_t at) __attribute__((always_inline))
     {
         SolidCell<3, V> s;
@@ -338,11 +347,11 @@ void collide_whole(Slots<3, Stored> const& slots, SolidRow const& row, CellRows 
 
 //! Collides cells of D3Q19 in place, in numbers of V.
 template <Features F, class V, class Stored>
-void collide(AnySlots<3> const& slots, CellRows const& cells, Relaxation const& relaxation, SolidRow const& solid)
+void collide(AnySlots<3> const& slots, CellRows const& cells, Relaxation const& relaxation, AnySolidRow const& solid)
 {
     in_whole_registers<3, F.grains, V>(
-        typed<3, Stored>(slots), solid, cells,
-        [&](Slots<3, Stored> const& f, SolidRow const& s, CellRows const& whole, std::ptrdiff_t first) {
+        typed<3, Stored>(slots), solid.typed<Stored>(), cells,
+        [&](Slots<3, Stored> const& f, SolidRow<Stored> const& s, CellRows const& whole, std::ptrdiff_t first) {
             collide_whole<F, V>(f, s, whole, first, relaxation);
         });
 }

@@ -131,6 +131,8 @@ void Coverage<D>::lay_out(std::span<Body<D> const> bodies)
     }
     std::copy(patch_strips_.begin(), patch_strips_.end(), strips_.begin() + static_cast<std::ptrdiff_t>(strips));
     for (std::size_t k = strips; k < strips_.size(); ++k) strips_[k].body += static_cast<std::ptrdiff_t>(n);
+    row_of_strip_.resize(strips_.size());
+    for (std::size_t k = strips; k < strips_.size(); ++k) row_of_strip_[k] = static_cast<std::uint32_t>(strips_[k].row);
 }
 
 template <int D>
@@ -207,10 +209,11 @@ void Coverage<D>::cover(std::size_t i, Body<D> const& body)
 //! Writes the parts that are stored of a strip in a row (y, z) of the lattice to strips_[at...]; returns how many there
 //! are. Its begin is that in the lattice.
 template <int D>
-std::size_t Coverage<D>::add_strips(std::size_t at, Strip<D> strip, std::ptrdiff_t y, std::ptrdiff_t z)
+std::size_t Coverage<D>::add_strips(std::size_t at, Strip<D> const& whole, std::ptrdiff_t y, std::ptrdiff_t z)
 {
     std::ptrdiff_t const nx = layout_->cells()[0];
-    if (!periodic_[0]) return add_within_lattice(at, strip, y, z);
+    if (!periodic_[0]) return add_within_lattice(at, whole, y, z);
+    Strip<D> strip = whole;
     std::size_t parts = 0;
     while (strip.count > 0) {
         Strip<D> part = strip;
@@ -235,12 +238,16 @@ std::size_t Coverage<D>::add_within_lattice(std::size_t at, Strip<D> const& stri
                              end = std::min<std::ptrdiff_t>(strip.begin + strip.count, row.first + row.cells),
                              skipped = begin - strip.begin;
         if (begin >= end) continue;
-        Strip<D>& part = strips_[at + parts++] = strip;
+        Strip<D>& part = strips_[at + parts];
+        part.body = strip.body;
         part.row = r;
         part.begin = begin - row.first;
         part.count = end - begin;
-        part.fraction += skipped;
+        part.fraction = strip.fraction + skipped;
+        for (std::size_t k = 0; k < D; ++k) part.arm[k] = strip.arm[k];
         part.arm[0] += static_cast<double>(skipped);
+        part.drag = strip.drag;
+        row_of_strip_[at + parts++] = r;
     }
     return parts;
 }
@@ -251,14 +258,13 @@ void Coverage<D>::sort_by_row()
 {
     std::fill(row_start_.begin(), row_start_.end(), 0U);
     for (std::size_t i = 0; i < first_.size(); ++i)
-        for (std::size_t k = first_[i]; k < first_[i] + count_[i]; ++k)
-            ++row_start_[static_cast<std::size_t>(strips_[k].row) + 1];
+        for (std::size_t k = first_[i]; k < first_[i] + count_[i]; ++k) ++row_start_[row_of_strip_[k] + 1];
     for (std::size_t r = 1; r < row_start_.size(); ++r) row_start_[r] += row_start_[r - 1];
     by_row_.resize(row_start_.back());
     std::vector<std::uint32_t> next(row_start_.begin(), row_start_.end() - 1);
     for (std::size_t i = 0; i < first_.size(); ++i)
         for (std::size_t k = first_[i]; k < first_[i] + count_[i]; ++k)
-            by_row_[next[static_cast<std::size_t>(strips_[k].row)]++] = static_cast<std::uint32_t>(k);
+            by_row_[next[row_of_strip_[k]]++] = static_cast<std::uint32_t>(k);
 }
 
 template class Coverage<2>;

@@ -38,7 +38,7 @@ struct Body
     }
 };
 
-constexpr std::ptrdiff_t strip_lanes = 4;  //!< cells that loops over a strip take at a time
+constexpr std::ptrdiff_t strip_lanes = 8;  //!< cells that loops over a strip take at a time
 
 //! The cells of one row of a layout that one body covers. The fractions may be read up to a multiple of strip_lanes;
 //! what lies there is 0, unless the strip ends with the row.
@@ -78,6 +78,7 @@ template <int D>
 struct StripVelocity
 {
     std::array<double, D> first{}, slope{};
+    StripVelocity() = default;  //!< at rest
     StripVelocity(Strip<D> const& s, std::span<Body<D> const> bodies)
     {
         if (s.body >= static_cast<std::ptrdiff_t>(bodies.size())) return;  // patches rest
@@ -90,7 +91,11 @@ struct StripVelocity
             slope[2] = -b.spin[1];
         }
     }
-    double at(std::size_t axis, int cell) const { return first[axis] + static_cast<double>(cell) * slope[axis]; }
+    template <class Number>
+    Number at(std::size_t axis, int cell) const
+    {
+        return static_cast<Number>(first[axis]) + static_cast<Number>(cell) * static_cast<Number>(slope[axis]);
+    }
 };
 
 //! Which body covers how much of which cell; bodies that did not move keep their strips.
@@ -144,7 +149,7 @@ class Coverage
     void add_patch(Patch<D> const& patch, std::vector<std::size_t>& offsets);
     bool is_near(Shape const& shape) const noexcept;
     void cover(std::size_t i, Body<D> const& body);
-    std::size_t add_strips(std::size_t at, Strip<D> strip, std::ptrdiff_t y, std::ptrdiff_t z);
+    std::size_t add_strips(std::size_t at, Strip<D> const& whole, std::ptrdiff_t y, std::ptrdiff_t z);
     std::size_t add_within_lattice(std::size_t at, Strip<D> const& strip, std::ptrdiff_t y, std::ptrdiff_t z);
     void sort_by_row();
 
@@ -156,10 +161,11 @@ class Coverage
     std::vector<std::size_t> first_, count_, room_;  //!< of each body's strips
     std::vector<double> fraction_;
     std::vector<Kept> patches_;
-    SharedRuns patch_fraction_;
+    SharedRuns<double> patch_fraction_;
     std::vector<Strip<D>> patch_strips_;       //!< `body`: which patch
     std::vector<std::size_t> patch_start_{0};  //!< in patch_strips_, and its end
     std::vector<Strip<D>> strips_;
+    std::vector<std::uint32_t> row_of_strip_;  //!< side by side, to be sorted by
     std::vector<std::uint32_t> by_row_, row_start_;
 };
 

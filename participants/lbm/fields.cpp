@@ -218,7 +218,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
             row.fraction[x] += s.fraction[k];
             (forces ? forced : drag)[x] += s.fraction[k] * (forces ? 1.0 : s.drag);
             for (std::size_t axis = 0; axis < D; ++axis)
-                solid[axis][x] += s.fraction[k] * velocity.at(axis, static_cast<int>(k));
+                solid[axis][x] += s.fraction[k] * velocity.template at<double>(axis, static_cast<int>(k));
         }
     }
     Relaxation const relaxation = of_row(r);

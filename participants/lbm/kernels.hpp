@@ -7,10 +7,9 @@ namespace lbm {
 
 //! Collides cells in place.
 template <int D>
-using Kernel = void (*)(AnySlots<D> const&, CellRows const&, Relaxation const&, SolidRow const&);
+using Kernel = void (*)(AnySlots<D> const&, CellRows const&, Relaxation const&, AnySolidRow const&);
 
-//! Those of a run: of cells without solids, and with them. Floats are computed with as floats where no solid is near,
-//! and as doubles in cells with solids: their forces are sums over cells.
+//! Those of a run: of cells without solids, and with them. What is stored as floats is computed with as floats.
 template <int D>
 struct Kernels
 {

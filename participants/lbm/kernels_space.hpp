@@ -9,7 +9,7 @@ template <class Stored, bool Les, bool Split, bool Central, bool Force, bool Fra
 constexpr Kernels<3> kernels = {
     collide<Features{.les = Les, .force = Force, .split = Split, .frame = Frame, .central = Central}, Lanes<Stored>,
             Stored>,
-    collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame}, Lanes<double>,
+    collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame}, Lanes<Stored>,
             Stored>};
 
 template <class Stored, bool Les, bool Split, bool Central>

@@ -23,9 +23,18 @@ inline constexpr std::size_t register_bytes = 16;
 template <class T>
 struct Lanes
 {
+    using Number = T;
     static constexpr std::size_t count = register_bytes / sizeof(T);
     typedef T Register __attribute__((vector_size(register_bytes)));
     Register all{};
+
+    template <std::size_t N>
+    struct Some
+    {
+        typedef T Type __attribute__((vector_size(N * sizeof(T))));
+    };
+    template <std::size_t N>
+    using Part = typename Some<N>::Type;
 
     Lanes() = default;
     [[gnu::always_inline]] Lanes(Register r) noexcept : all(r) {}
@@ -93,6 +102,23 @@ template <class V>
     for (std::size_t k = 0; k < V::count; ++k)
         numbers.all[k] = static_cast<decltype(numbers.all[0] + 0)>(first + static_cast<double>(k));
     return numbers;
+}
+
+//! Pairs first, then pairs of those.
+[[gnu::always_inline]] inline double sum_of(Lanes<double> v) noexcept
+{
+    for (std::size_t n = Lanes<double>::count / 2; n > 0; n /= 2)
+        for (std::size_t k = 0; k < n; ++k) v.all[k] += v.all[k + n];
+    return v.all[0];
+}
+
+//! N numbers as another type, rounded to the nearest where it is shorter.
+template <class To, std::size_t N, class From>
+[[gnu::always_inline]] inline typename Lanes<To>::template Part<N> load_part(From const* from) noexcept
+{
+    typename Lanes<From>::template Part<N> part;
+    std::memcpy(&part, from, sizeof part);
+    return __builtin_convertvector(part, typename Lanes<To>::template Part<N>);
 }
 
 //! From floats or doubles, and to them: rounded to the nearest where they are shorter.

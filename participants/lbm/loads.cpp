@@ -42,14 +42,20 @@ void Solver<D>::add_parts(std::size_t index, std::vector<SumPart<freedoms>>& par
 //! Momentum and angular momentum of the step [lattice units]: by bodies, by patches, and by patches through cells that
 //! are not stored. Added up in one order, whatever the number of threads and processes.
 template <int D>
-std::vector<typename Solver<D>::Motion> Solver<D>::exchanged() const
+std::vector<typename Solver<D>::Motion> Solver<D>::exchanged()
 {
     std::size_t const patches = solid_exchange_.size(), solids = covering().size() + patches;
     std::vector<Motion> sums;
     if (links_) sums = links_->impulses();
     if (solids == 0) return sums;
+    constexpr std::size_t chunk = 64;
+    std::vector<std::vector<SumPart<freedoms>>> of_chunk(solids / chunk + 1);
+    team_.share(static_cast<std::ptrdiff_t>(solids), chunk, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        auto const first = static_cast<std::size_t>(begin), last = static_cast<std::size_t>(end);
+        for (std::size_t i = first; i < last; ++i) add_parts(i, of_chunk[first / chunk]);
+    });
     std::vector<SumPart<freedoms>> parts;
-    for (std::size_t i = 0; i < solids; ++i) add_parts(i, parts);
+    for (auto const& some : of_chunk) parts.insert(parts.end(), some.begin(), some.end());
     rim_loads_.add_parts(populations_, solids, parts);
     auto const of_covering = domain_.totals(parts, solids + patches);
     sums.insert(sums.end(), of_covering.begin(), of_covering.end());

@@ -201,7 +201,7 @@ typename Phase<D>::Cell Phase<D>::cell_at(std::size_t index, std::array<double, 
 template <int D>
 template <class Stored>
 void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, Slots<D, Stored> const& slots,
-                          Relaxation const& relaxation, SolidRowInput const& input)
+                          Relaxation const& relaxation, SolidRowInput<Stored> const& input)
 {
     using L = Lattice<D>;
     for (std::ptrdiff_t x = begin; x < end; ++x) {
@@ -217,19 +217,22 @@ void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff
             for (std::size_t k = 0; k < D; ++k) j[k] += L::c[q][k] * f;
         }
         Cell const c = cell_at(index, j, rho);
-        double& fraction = input.fraction[x];
-        double& weight = input.weight[x];
+        Stored& fraction = input.fraction[x];
+        Stored& weight = input.weight[x];
         if (fraction <= 0) weight = 1, input.open[x] = 1;
         input.ease[x] = 0;  // fine solids drag by their law
-        double const room = std::max(0.0, full_weight - weight * fraction), own = std::min(c.weight, room) / weight;
+        double const room = std::max(0.0, full_weight - static_cast<double>(weight) * fraction);
+        auto const own = static_cast<Stored>(std::min(c.weight, room) / weight);
         fraction += own;
-        for (std::size_t k = 0; k < D; ++k) input.momentum[k][x] += own * c.velocity[k];
+        for (std::size_t k = 0; k < D; ++k) input.momentum[k][x] += static_cast<Stored>(own * c.velocity[k]);
         own_[index] = own;
     }
 }
 
 template <int D>
-void Phase<D>::take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, SolidRow const& solid)
+template <class Stored>
+void Phase<D>::take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end,
+                             SolidRow<Stored> const& solid)
 {
     for (std::ptrdiff_t x = begin; x < end; ++x) {
         auto const index = index_of(row, x);
@@ -317,7 +320,8 @@ template class Phase<2>;
 template class Phase<3>;
 #define LBM_PHASE(D, Stored)                                                                                    \
     template void Phase<D>::add_to_row(std::ptrdiff_t, std::ptrdiff_t, std::ptrdiff_t, Slots<D, Stored> const&, \
-                                       Relaxation const&, SolidRowInput const&);
+                                       Relaxation const&, SolidRowInput<Stored> const&);                        \
+    template void Phase<D>::take_from_row(std::ptrdiff_t, std::ptrdiff_t, std::ptrdiff_t, SolidRow<Stored> const&);
 LBM_PHASE(2, double)
 LBM_PHASE(2, float)
 LBM_PHASE(3, double)

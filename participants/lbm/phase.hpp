@@ -22,10 +22,11 @@ struct PhaseView
 };
 
 //! What the collision of a row takes of the solids in it; arrays over x (SolidRow).
+template <class Stored>
 struct SolidRowInput
 {
-    double *fraction, *weight, *open, *ease;
-    std::array<double*, 3> momentum;
+    Stored *fraction, *weight, *open, *ease;
+    std::array<Stored*, 3> momentum;
 };
 
 //! Solids that are finer than a cell: they hinder the fluid by a law of drag (README.md, Solids that are not resolved).
@@ -64,9 +65,10 @@ class Phase
     //! Adds what the cells [begin, end) of a row hold to the row's solids.
     template <class Stored>
     void add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, Slots<D, Stored> const& slots,
-                    Relaxation const& relaxation, SolidRowInput const& input);
+                    Relaxation const& relaxation, SolidRowInput<Stored> const& input);
     //! ... and after the row's collision, what they gave up.
-    void take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, SolidRow const& solid);
+    template <class Stored>
+    void take_from_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff_t end, SolidRow<Stored> const& solid);
     //! After all rows: what each point got.
     void gather(sluice::Team& team);
 

@@ -10,11 +10,12 @@ namespace lbm {
 
 //! Numbers one after another in memory. Runs that are the same as one of the last few are kept once: along a straight
 //! surface all rows are alike, and what is short stays in the cache.
+template <class Number>
 class SharedRuns
 {
  public:
     //! Where the run is.
-    std::size_t add(std::span<double const> run)
+    std::size_t add(std::span<Number const> run)
     {
         for (Kept const& kept : last_)
             if (kept.size == run.size() && std::equal(run.begin(), run.end(), data(kept.at))) return kept.at;
@@ -24,8 +25,8 @@ class SharedRuns
         numbers_.insert(numbers_.end(), run.begin(), run.end());
         return last_.front().at;
     }
-    double const* data(std::size_t at) const noexcept { return numbers_.data() + at; }
-    std::size_t bytes() const noexcept { return sizeof(double) * numbers_.size(); }
+    Number const* data(std::size_t at) const noexcept { return numbers_.data() + at; }
+    std::size_t bytes() const noexcept { return sizeof(Number) * numbers_.size(); }
 
  private:
     struct Kept
@@ -33,7 +34,7 @@ class SharedRuns
         std::size_t at, size;
     };
     std::deque<Kept> last_{};
-    std::vector<double> numbers_{};
+    std::vector<Number> numbers_{};
 };
 
 }  // namespace lbm

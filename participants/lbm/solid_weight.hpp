@@ -68,36 +68,46 @@ double lag_of(Strip<D> const& strip, std::span<Body<D> const> bodies, double tau
     return moving_lag * square / (viscosity * viscosity);
 }
 
+//! Divides what may be 0 by itself; far below any share of a cell that matters.
+template <class Number>
+inline constexpr Number tiny = sizeof(Number) == sizeof(double) ? Number(1e-300) : Number(1e-30);
+
 //! B/eps [-] of a cell that solids cover by `fraction` in all; `drag` is the sum of K eps. B is at most full_weight.
 //! Where bodies overlap (fraction > 1) they share the cell.
-inline double weight_per_fraction(double fraction, double drag, double tau) noexcept
+template <class Number>
+Number weight_per_fraction(Number fraction, Number drag, double tau) noexcept
 {
-    double const t = tau - 0.5, open = std::max(0.0, 1.0 - fraction), push = t * drag;
-    double const share = std::min(push / std::max(open + push, 1e-300), full_weight);
-    return share / std::max(fraction, 1e-300);
+    Number const t = static_cast<Number>(tau - 0.5), open = std::max(Number(0), Number(1) - fraction), push = t * drag;
+    Number const share = std::min(push / std::max(open + push, tiny<Number>), Number(full_weight));
+    return share / std::max(fraction, tiny<Number>);
 }
 
 //! The same where forced bodies cover `forced` of it, which is their B; fraction and drag are those of the others.
-inline double weight_beside_forced(double forced, double fraction, double drag, double tau) noexcept
+template <class Number>
+Number weight_beside_forced(Number forced, Number fraction, Number drag, double tau) noexcept
 {
-    double const share = std::min(forced + fraction * weight_per_fraction(fraction, drag, tau), full_weight);
-    return share / std::max(forced + fraction, 1e-300);
+    Number const share = std::min(forced + fraction * weight_per_fraction(fraction, drag, tau), Number(full_weight));
+    return share / std::max(forced + fraction, tiny<Number>);
 }
 
 //! q/(eps |u - u_s|) of a cell [steps/cell], by R = curvature_drag/(K - flat_drag); 0 without solid or curvature.
-inline double ease_per_fraction(double fraction, double drag, double tau) noexcept
+template <class Number>
+Number ease_per_fraction(Number fraction, Number drag, double tau) noexcept
 {
-    double const curved = drag - flat_drag * fraction;
-    return curved > 1e-6 * fraction ? 3 * inertia_ease * curvature_drag<3> / ((tau - 0.5) * curved) : 0.0;
+    Number const curved = drag - Number(flat_drag) * fraction;
+    return curved > Number(1e-6) * fraction
+               ? Number(3 * inertia_ease * curvature_drag<3>) / (static_cast<Number>(tau - 0.5) * curved)
+               : Number(0);
 }
 
 //! How much of a cell counts as open [-]: (1 - eps + R)/(1 + R), R = moving_lag (|u_s|/nu)^2. A solid that moves covers
 //! a cell in part for some 1/|u_s| steps; if momentum takes longer through the cell, 1/nu, the two resistances are
 //! never steady, and the stiff cell drags more than the surface would. `lag` is the mean of R over the solids in the
 //! cell.
-inline double open_share(double fraction, double lag) noexcept
+template <class Number>
+Number open_share(Number fraction, Number lag) noexcept
 {
-    return (std::max(1.0 - fraction, least_open) + lag) / (1.0 + lag);
+    return (std::max(Number(1) - fraction, Number(least_open)) + lag) / (Number(1) + lag);
 }
 
 }  // namespace lbm

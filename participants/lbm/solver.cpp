@@ -143,7 +143,7 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
 {
     require_shareable(config_, peers ? peers->count() : 1);
     if (peers) halo_.emplace(domain_, walls_.entrances.crossings, config_.precision);
-    list_still_rows();
+    populations_.visit([&]<class Stored>(Rows<D, Stored> const&) { list_still_rows<Stored>(); });
     if (config_.rotation) turning_ = Turning{frame::RotatingFrame<D>(*config_.rotation)};
     if (config_.phase) phase_.emplace(config_, domain_);
     if (config_.surface == Surface::interpolated) links_.emplace(domain_, walls_.periodic());
@@ -291,7 +291,9 @@ std::ptrdiff_t Solver<D>::collide_from(std::ptrdiff_t r, std::ptrdiff_t end)
     bool const fine = phase_ && phase_->reaches(r);
     if (fine || !strips.empty()) {
         bool const still = !fine && all_rest(strips);
-        still ? collide_still_row(r, slots, strips) : collide_covered_row(r, slots, strips);
+        populations_.visit([&]<class Stored>(Rows<D, Stored> const&) {
+            still ? collide_still_row<Stored>(r, slots, strips) : collide_covered_row<Stored>(r, slots, strips);
+        });
         return 1;
     }
     std::ptrdiff_t const most = turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row

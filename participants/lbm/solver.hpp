@@ -140,15 +140,18 @@ class Solver
     void collide_rows();
     void collide_run(std::ptrdiff_t begin, std::ptrdiff_t end);
     std::ptrdiff_t collide_from(std::ptrdiff_t r, std::ptrdiff_t end);
+    template <class Stored>
     void collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     bool all_rest(std::span<std::uint32_t const> strips) const;
+    template <class Stored>
     void list_still_rows();
+    template <class Stored>
     void prefetch_next(std::ptrdiff_t r) const;
+    template <class Stored>
     void collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
-    void add_strip_forces(std::span<std::uint32_t const> strips, SolidRow const& solid);
     bool sum_loads();
     void add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const;
-    std::vector<Motion> exchanged() const;
+    std::vector<Motion> exchanged();
     void find_solid_loads(std::span<Motion const> strips, std::span<Motion const> rims);
     void find_loads();
     Motion relax(std::size_t body, Motion const& told);

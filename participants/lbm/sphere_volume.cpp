@@ -26,6 +26,40 @@ inline double covered(double x, double y, double z, double radius_square) noexce
     return sum;
 }
 
+//! Cells that a sphere's surface cuts, side by side for as many at a time as the machine computes with: in a row there
+//! are but a few.
+class CutCells
+{
+ public:
+    CutCells(double radius, std::span<double> fraction) : radius_square_(radius * radius), fraction_(fraction) {}
+    //! A cell whose centre is (x, y, z) away from the sphere's, y and z at least 0, and its place in `fraction`.
+    void add(std::ptrdiff_t at, double x, double y, double z) noexcept
+    {
+        if (count_ == most) find();
+        at_[count_] = static_cast<std::size_t>(at);
+        x_[count_] = x, y_[count_] = y, z_[count_] = z;
+        ++count_;
+    }
+    //! The fractions of all that were added.
+    void find() noexcept
+    {
+        constexpr std::size_t lanes = 8;
+        std::size_t const whole = (count_ + lanes - 1) / lanes * lanes;
+#pragma omp simd
+        for (std::size_t k = 0; k < whole; ++k) share_[k] = covered(std::abs(x_[k]), y_[k], z_[k], radius_square_);
+        for (std::size_t k = 0; k < count_; ++k) fraction_[at_[k]] = share_[k];
+        count_ = 0;
+    }
+
+ private:
+    static constexpr std::size_t most = 256;
+    double radius_square_;
+    std::span<double> fraction_;
+    std::size_t count_ = 0;
+    std::array<std::size_t, most> at_;
+    std::array<double, most> x_{}, y_{}, z_{}, share_;
+};
+
 //! Half the chord of the sphere at a distance from its centre.
 double half_chord(double radius, double y, double z) noexcept
 {
@@ -47,9 +81,10 @@ SphereBox sphere_box(std::array<double, 3> const& centre, double radius) noexcep
 void rasterise(std::array<double, 3> const& centre, double radius, SphereBox const& box, std::span<double> fraction,
                std::span<std::ptrdiff_t> columns)
 {
+    CutCells cells(radius, fraction);
     std::ptrdiff_t const width = box.size[0], rows = box.size[1] * box.size[2],
                          length = static_cast<std::ptrdiff_t>(fraction.size()) / rows;
-    double const first = static_cast<double>(box.first[0]) + 0.5 - centre[0], square = radius * radius;
+    double const first = static_cast<double>(box.first[0]) + 0.5 - centre[0];
     for (std::ptrdiff_t row = 0; row < rows; ++row) {
         double const y = std::abs(static_cast<double>(box.first[1] + row % box.size[1]) + 0.5 - centre[1]);
         double const z = std::abs(static_cast<double>(box.first[2] + row / box.size[1]) + 0.5 - centre[2]);
@@ -66,14 +101,14 @@ void rasterise(std::array<double, 3> const& centre, double radius, SphereBox con
             std::clamp(static_cast<std::ptrdiff_t>(std::ceil(-narrow - first + 0.5)), extent[0], extent[1]);
         auto const outer = std::clamp(static_cast<std::ptrdiff_t>(std::floor(narrow - first + 0.5)), inner, extent[1]);
         auto const cut = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-#pragma omp simd
             for (std::ptrdiff_t k = begin; k < end; ++k)
-                line[k] = covered(std::abs(first + static_cast<double>(k)), y, z, square);
+                cells.add(row * length + k, first + static_cast<double>(k), y, z);
         };
         cut(extent[0], inner);
         std::fill(line + inner, line + outer, 1.0);
         cut(outer, extent[1]);
     }
+    cells.find();
 }
 
 }  // namespace lbm

@@ -79,6 +79,22 @@ TEST_CASE("L06: the same at tau 0.51 to 2, c = 0.2: with a fixed magic number dr
                                 0.005, watch.seconds()}));
 }
 
+TEST_CASE("L06: the same in single precision beside double, tau 0.51 to 2, c = 0.2")
+{
+    // mark: a tenth of the case's
+    double const diameter = 40 * std::sqrt(0.8 / std::numbers::pi);
+    for (double const tau : {0.51, 1.0, 2.0}) {
+        verification::Stopwatch const watch;
+        auto const with = [&](lbm::Precision precision) {
+            return disc_array_drag(40, diameter, 1, {0, 0}, tau,
+                                   {.collision = lbm::Operator::trt, .precision = precision});
+        };
+        double const got = with(lbm::Precision::float32), exact = with(lbm::Precision::float64);
+        CHECK(verification::report({"L06", text("single over double at tau %.2f, c=%.2f", tau, 0.2), got, exact,
+                                    relative(got, exact), 0.001, watch.seconds()}));
+    }
+}
+
 TEST_CASE("L06: the same with an interpolated surface")
 {
     // marks: those of the case, of the ten places and of tau 0.51 to 2

@@ -150,6 +150,22 @@ TEST_CASE("L07: drag does not depend on the viscosity, c = 0.216, d = 12 cells")
     }
 }
 
+TEST_CASE("L07: the same in single precision beside double, tau 0.51 to 1.5, c = 0.216, d = 12 cells")
+{
+    // mark: a tenth of the case's
+    double const diameter = std::cbrt(6 * 0.216 / pi) * 16;
+    for (double const tau : {0.51, 0.8, 1.5}) {
+        verification::Stopwatch const watch;
+        auto const with = [&](lbm::Precision precision) {
+            return sphere_array_drag(16, diameter, tau, Made::analytic,
+                                     {.collision = lbm::Operator::trt, .precision = precision});
+        };
+        double const got = with(lbm::Precision::float32), exact = with(lbm::Precision::float64);
+        CHECK(verification::report({"L07", text("single over double at tau %.2f, c=%.3f", tau, 0.216), got, exact,
+                                    relative(got, exact), 0.002, watch.seconds()}));
+    }
+}
+
 TEST_CASE("L07: the radius that the fluid sees of forced spheres, tau 0.51 to 1.5, c = 0.216, d = 7 and 12 cells")
 {
     // mark: half a cell, since the surface lies in the cells that are forced in part
