@@ -60,7 +60,11 @@ struct RowBuffer
 };
 
 template <class Stored>
-thread_local RowBuffer<Stored> row_buffer;
+RowBuffer<Stored>& row_buffer()
+{
+    thread_local RowBuffer<Stored> buffer;  // not as a template of its own: GCC 12 forgets to destroy those
+    return buffer;
+}
 
 //! A strip's cells, rounded up: the fractions beyond its end are 0 or lie beyond the row's end.
 template <int D>
@@ -235,7 +239,7 @@ template <int D>
 template <class Stored>
 void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips)
 {
-    auto& buffer = row_buffer<Stored>;
+    auto& buffer = row_buffer<Stored>();
     std::ptrdiff_t const nx = layout_.row(r).cells;
     buffer.resize(layout_.most_in_row(), nx);
     prefetch_next<Stored>(r);
@@ -291,7 +295,7 @@ template <int D>
 template <class Stored>
 void Solver<D>::list_still_rows()
 {
-    auto& buffer = row_buffer<Stored>;
+    auto& buffer = row_buffer<Stored>();
     still_.typed<Stored>().rest.assign(static_cast<std::size_t>(layout_.most_in_row()), Stored{});
     for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
         still_.start.push_back(static_cast<std::uint32_t>(still_.runs.size()));
@@ -338,7 +342,7 @@ template <int D>
 template <class Stored>
 void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips)
 {
-    auto& buffer = row_buffer<Stored>;
+    auto& buffer = row_buffer<Stored>();
     std::ptrdiff_t const nx = layout_.row(r).cells;
     buffer.resize(layout_.most_in_row(), nx);
     Relaxation const relaxation = of_row(r);
