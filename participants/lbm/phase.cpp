@@ -219,8 +219,8 @@ void Phase<D>::add_to_row(std::ptrdiff_t row, std::ptrdiff_t begin, std::ptrdiff
         Cell const c = cell_at(index, j, rho);
         Stored& fraction = input.fraction[x];
         Stored& weight = input.weight[x];
-        if (fraction <= 0) weight = 1, input.open[x] = 1;
-        input.ease[x] = 0;  // fine solids drag by their law
+        if (weight <= 0) weight = 1, input.open[x] = 1;  // no solid, or too little to push
+        input.ease[x] = 0;                               // fine solids drag by their law
         double const room = std::max(0.0, full_weight - static_cast<double>(weight) * fraction);
         auto const own = static_cast<Stored>(std::min(c.weight, room) / weight);
         fraction += own;

@@ -90,12 +90,13 @@ Number weight_beside_forced(Number forced, Number fraction, Number drag, double 
     return share / std::max(forced + fraction, tiny<Number>);
 }
 
-//! q/(eps |u - u_s|) of a cell [steps/cell], by R = curvature_drag/(K - flat_drag); 0 without solid or curvature.
+//! q/(eps |u - u_s|) of a cell [steps/cell], by R = curvature_drag/(K - flat_drag); 0 without curvature, and of so
+//! little solid that it would not be finite.
 template <class Number>
 Number ease_per_fraction(Number fraction, Number drag, double tau) noexcept
 {
     Number const curved = drag - Number(flat_drag) * fraction;
-    return curved > Number(1e-6) * fraction
+    return curved > std::max(Number(1e-6) * fraction, tiny<Number>)
                ? Number(3 * inertia_ease * curvature_drag<3>) / (static_cast<Number>(tau - 0.5) * curved)
                : Number(0);
 }
