@@ -150,10 +150,12 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
     find_field();
 }
 
-//! For the step that comes: what acts everywhere alike, and the frame.
+//! For the step that comes: what flows in, what acts everywhere alike, and the frame.
 template <int D>
 void Solver<D>::find_field()
 {
+    for (auto& pair : walls_.side)
+        for (Boundary& side : pair) side.share = grown(static_cast<double>(steps_) + 0.5, side.ramp);
     acceleration_ = config_.acceleration;
     if (auto const& o = config_.oscillation)
         for (std::size_t k = 0; k < 3; ++k)
@@ -222,8 +224,6 @@ void Solver<D>::step()
     }
     share_.rebuilt_bodies = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(bodies_.size()));
     strip_load_.resize(coverage_.strips().size());
-    for (auto& pair : walls_.side)
-        for (Boundary& side : pair) side.share = grown(static_cast<double>(steps_) + 0.5, side.ramp);
     if (phase_) phase_->spread();
     collide_rows();
     if (phase_) phase_->gather(team_);
