@@ -28,9 +28,9 @@ double weight_of(DragLaw const& law, double inertia, double solid, double drive)
 //! What lies beyond a side is beyond the other one (periodic), or its mirror image.
 std::ptrdiff_t folded(std::ptrdiff_t cell, std::ptrdiff_t cells, bool periodic) noexcept
 {
-    if (periodic) return (cell % cells + cells) % cells;
-    if (cell < 0) cell = -1 - cell;
-    return cell < cells ? cell : 2 * cells - 1 - cell;
+    std::ptrdiff_t const period = periodic ? cells : 2 * cells;
+    cell = wrap(cell, period);
+    return cell < cells ? cell : period - 1 - cell;
 }
 
 }  // namespace

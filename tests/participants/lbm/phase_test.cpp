@@ -177,6 +177,20 @@ TEST_CASE("phase: a point is spread whole, beside walls too, and what is far out
     CHECK(force[7] == 0);
 }
 
+TEST_CASE("phase: a point beside a domain that is as narrow as its spread is mirrored into it")
+{
+    auto c = with_phase<2>(false);
+    c.size = {2, 14, 0};
+    lbm::Solver<2> solver(c);
+    std::vector<std::int64_t> const id = {0, 1};
+    std::vector<double> const position = {2.9, 4, -0.9, 4}, velocity(4, 0.0), volume = {0.2, 0.2};
+    solver.set_phase({id, position, velocity, volume}, 1);
+    auto const fraction = solver.fields().solid_fraction;
+    CHECK(std::accumulate(fraction.begin(), fraction.end(), 0.0) == close_to(0.4));
+    for (std::size_t cell = 0; cell < fraction.size(); cell += 2)
+        CHECK(std::abs(fraction[cell] - fraction[cell + 1]) < 1e-15);
+}
+
 TEST_CASE("phase: fluid and bed that move together feel nothing of each other")
 {
     auto c = with_phase<2>(true, lbm::Drag::ergun);
