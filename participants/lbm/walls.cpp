@@ -52,7 +52,7 @@ struct Entry
             auto const k = static_cast<std::size_t>(axis);
             if (!beyond[k]) continue;
             Boundary const& side = side_across(k);
-            if (side.kind == Border::wall && side.velocity == std::array<double, 3>{}) return axis;
+            if (side.rests()) return axis;
             if (found < 0 && side.kind != Border::periodic && side.kind != Border::slip) found = axis;
         }
         return found;
@@ -157,6 +157,8 @@ class EntranceFinder
                       .box = box,
                       .place = {}};
         if (across >= 0) {
+            link.patch = solid_at_edge(entry, cell, static_cast<std::size_t>(across));
+            if (link.patch >= 0) return from_here(link, source);
             Boundary const& side = entry.side_across(static_cast<std::size_t>(across));
             link.across = static_cast<std::uint8_t>(across);
             link.kind = side.kind;
@@ -172,6 +174,20 @@ class EntranceFinder
         link.box = box;
         link.patch = around_.solid_at(left);
         return from_here(link, {Lattice<D>::opposite[q], {-c[0], -c[1], -c[2]}});
+    }
+    //! The solid that is not stored through whose edge with a side a link comes: it belongs to what rests. -1: none
+    //! does, or the side rests as well.
+    std::int32_t solid_at_edge(Entry<D> const& entry, Extent cell, std::size_t across) const
+    {
+        if (entry.side_across(across).rests()) return -1;
+        for (std::size_t k = 0; k < D; ++k) {
+            if (k == across) continue;
+            cell[k] -= entry.c[k];
+            if (!entry.beyond[k]) continue;
+            if (!walls_.periodic()[k]) return -1;
+            cell[k] = wrap(cell[k], layout_.cells()[k]);
+        }
+        return around_.elsewhere(cell) < 0 ? around_.solid_at(cell) : -1;
     }
     static Entrance from_here(Entrance link, Source const& source)
     {

@@ -28,6 +28,8 @@ struct Boundary
     //! What enters the cells beside such an opening apart from what left, from when they last had all their
     //! populations; shape [cell][direction].
     std::vector<double> turned{};
+
+    bool rests() const noexcept { return kind == Border::wall && velocity == std::array<double, 3>{}; }
 };
 
 //! Populations of one direction that enter cells side by side in a row from outside of the row's box.

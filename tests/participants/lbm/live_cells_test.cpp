@@ -149,6 +149,33 @@ void check_against_walls(double offset)
     CHECK(populations_of(cut) == populations_of(walls));
 }
 
+//! Between blocks a shaft up to a lid, or through from an inflow to a pressure; and the same between the domain's
+//! walls.
+template <int D>
+void check_shaft(bool open)
+{
+    constexpr lbm::Side below = lbm::bottom<D>, above = lbm::top<D>;
+    lbm::Config large = D == 2 ? box_of<2>({40, 24, 0}) : box_of<3>({40, 6, 24});
+    large.walls[above].velocity = {0.05, 0, 0};
+    if (open) {
+        large.walls[below] = {.kind = lbm::Border::inflow};
+        large.walls[below].velocity[D - 1] = 0.05;
+        large.walls[above] = {.kind = lbm::Border::pressure, .absorbing = D == 3};
+    }
+    if (D == 3) large.set_periodic(1);
+    lbm::Config small = large;
+    small.origin[0] = 15;
+    small.size[0] = 12;
+    large.solids = {block({0, 0, 0}, {15, 24, 24}), block({27, 0, 0}, {40, 24, 24})};
+    lbm::Solver<D> cut(large), walls(small);
+    REQUIRE(cut.layout().stored() == walls.layout().stored());
+    for (int k = 0; k < 100; ++k) {
+        cut.step();
+        walls.step();
+    }
+    CHECK(populations_of(cut) == populations_of(walls));
+}
+
 }  // namespace
 
 TEST_CASE("live cells: boxes share no cell, and leave out only what is covered, but not beside what is in part")
@@ -240,6 +267,14 @@ TEST_CASE("live cells: what is left out is as a wall at rest in its place, bit f
     for (double const offset : {0.0, 0.25}) {
         check_against_walls<2>(offset);
         check_against_walls<3>(offset);
+    }
+}
+
+TEST_CASE("live cells: so it is beside lids, inflows and outlets, bit for bit")
+{
+    for (bool const open : {false, true}) {
+        check_shaft<2>(open);
+        check_shaft<3>(open);
     }
 }
 
