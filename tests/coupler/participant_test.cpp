@@ -118,7 +118,7 @@ participants: {a: {command: none}}
     CHECK_FALSE(seen.euler);
 }
 
-TEST_CASE("participant: the one sender of what only one may send; several are an error")
+TEST_CASE("participant: the one sender of what only one may send, several are an error")
 {
     std::string const scene = R"(sluice: 1
 time: {end: 1, window: 1}
