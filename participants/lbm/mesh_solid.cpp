@@ -124,14 +124,11 @@ class Columns
                 above += full_[row + k];
                 double& f = patch_.fraction[row + k];
                 f = std::clamp(sign * (f + above), 0.0, 1.0);
-                if (f < rounding) f = 0;
             }
         }
     }
 
  private:
-    static constexpr double rounding = 1e-12;  //!< of a cell: no solid
-
     std::ptrdiff_t first(std::size_t axis) const { return patch_.first[axis]; }
     std::ptrdiff_t last(std::size_t axis) const { return patch_.first[axis] + patch_.size[axis]; }
 

@@ -120,6 +120,9 @@ Patch<D> patch_of(Solid const& solid, Config const& config)
         if (solid.shape == Solid::Shape::mesh) patch = mesh_patch(in_cells(solid, config), config.cells());
     }
     std::copy_n(centre.begin(), D, patch.centre.begin());
+    constexpr double rounding = 1e-12;  // of a cell: of a face that lies between cells, and no solid
+    std::ranges::replace_if(
+        patch.fraction, [](double f) { return f < rounding; }, 0.0);
     return patch;
 }
 

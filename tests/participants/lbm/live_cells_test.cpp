@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -416,4 +417,25 @@ TEST_CASE("live cells: what is left out is solid at rest in pictures")
     CHECK(f.solid_fraction[60 * 160 + 20] == 1);
     CHECK(f.velocity[2 * (60 * 160 + 20)] == 0);
     CHECK(f.solid_fraction[60 * 160 + 105] == 0);
+}
+
+//! 0.3/0.01 is 30 less 4e-15: no cell beyond a face that lies between cells is one with solid.
+TEST_CASE("live cells: boxes of whole cells, in metres, leave no traces beyond their faces")
+{
+    constexpr double cell = 0.01;
+    lbm::Config c;
+    c.dimension = 3;
+    c.cell = cell;
+    c.size = {0.4, 0.4, 0.02};
+    for (int from = 0; from < 40; ++from)
+        for (int to = from + 1; to <= 40; ++to) {
+            double const low = cell * from, high = cell * to, middle = 0.5 * (low + high), size = high - low;
+            lbm::Solid box;
+            box.shape = lbm::Solid::Shape::box;
+            box.centre = {middle, middle, cell};
+            box.size = {size, size, 2 * cell};
+            c.solids = {box};
+            auto const fraction = lbm::patches_of<3>(c).at(0).fraction;
+            CHECK(std::ranges::count_if(fraction, [](double f) { return f > 0; }) == 2 * (to - from) * (to - from));
+        }
 }
