@@ -110,6 +110,19 @@ void clear(typename RowBuffer<Stored>::Run const& run, RowBuffer<Stored>& row)
     for (std::size_t k = 0; k < D; ++k) fill(row.momentum[k]);
 }
 
+//! A row of nx cells with these strips of all, and what mark(touched) adds: cut into runs, those with solids empty.
+template <int D, class Stored, class Mark>
+void begin_row(RowBuffer<Stored>& row, std::ptrdiff_t nx, std::span<std::uint32_t const> strips,
+               std::span<Strip<D> const> all, Mark&& mark)
+{
+    std::fill_n(row.touched.begin(), (nx + block - 1) / block + 1, 0);
+    for (std::uint32_t const k : strips) touch(all[k], row);
+    mark(row.touched);
+    list_runs(row, nx);
+    for (auto const& run : row.runs)
+        if (run.touched) clear<D>(run, row);
+}
+
 template <int D, class Stored>
 void find_weights(typename RowBuffer<Stored>::Run const& run, double tau, RowBuffer<Stored>& row)
 {
@@ -243,12 +256,9 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
     std::ptrdiff_t const nx = layout_.row(r).cells;
     buffer.resize(layout_.most_in_row(), nx);
     prefetch_next<Stored>(r);
-    std::fill_n(buffer.touched.begin(), (nx + block - 1) / block + 1, 0);
-    for (std::uint32_t const k : strips) touch(coverage_.strips()[k], buffer);
-    if (phase_) phase_->mark(r, buffer.touched);
-    list_runs(buffer, nx);
-    for (auto const& run : buffer.runs)
-        if (run.touched) clear<D>(run, buffer);
+    begin_row(buffer, nx, strips, coverage_.strips(), [&](auto& touched) {
+        if (phase_) phase_->mark(r, touched);
+    });
     bool const forced = config_.surface == Surface::forced;
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];
@@ -303,11 +313,7 @@ void Solver<D>::list_still_rows()
         std::ptrdiff_t const nx = layout_.row(r).cells;
         if (strips.empty()) continue;
         buffer.resize(layout_.most_in_row(), nx);
-        std::fill_n(buffer.touched.begin(), (nx + block - 1) / block + 1, 0);
-        for (std::uint32_t const k : strips) touch(coverage_.strips()[k], buffer);
-        list_runs(buffer, nx);
-        for (auto const& run : buffer.runs)
-            if (run.touched) clear<D>(run, buffer);
+        begin_row(buffer, nx, strips, coverage_.strips(), [](auto&) {});
         for (std::uint32_t const k : strips) {
             Strip<D> const& s = coverage_.strips()[k];
             add_strip(s, StripVelocity<D>(s, covering()), s.drag, 0.0, buffer);

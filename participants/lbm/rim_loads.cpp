@@ -24,7 +24,7 @@ template <class Stored>
             moment = madd(index, f, moment);
             index = index + static_cast<double>(lanes);
         }
-        for (std::size_t lane = 0; lane < V::count; ++lane) total[0] += sum.all[lane], total[1] += moment.all[lane];
+        total = {sum_of(sum), sum_of(moment)};
     }
     for (; k < count; ++k) total[0] += numbers[k], total[1] += static_cast<double>(k) * numbers[k];
     return {2 * total[0], 2 * total[1]};

@@ -429,12 +429,8 @@ TEST_CASE("live cells: boxes of whole cells, in metres, leave no traces beyond t
     c.size = {0.4, 0.4, 0.02};
     for (int from = 0; from < 40; ++from)
         for (int to = from + 1; to <= 40; ++to) {
-            double const low = cell * from, high = cell * to, middle = 0.5 * (low + high), size = high - low;
-            lbm::Solid box;
-            box.shape = lbm::Solid::Shape::box;
-            box.centre = {middle, middle, cell};
-            box.size = {size, size, 2 * cell};
-            c.solids = {box};
+            double const low = cell * from, high = cell * to;
+            c.solids = {block({low, low, 0}, {high, high, 2 * cell})};
             auto const fraction = lbm::patches_of<3>(c).at(0).fraction;
             CHECK(std::ranges::count_if(fraction, [](double f) { return f > 0; }) == 2 * (to - from) * (to - from));
         }
