@@ -47,12 +47,14 @@ struct Column
     int cells_across;
     bool shared_volume = true;
     mpm::BasisKind basis = mpm::BasisKind::gimp;
+    double friction_angle = 23;  // degrees
+    bool rough_back = false;     //!< the back wall is as the floor, not a roller
 
     double height() const { return aspect_ratio * width; }
     mpm::Solver<2> solver() const
     {
         mpm::Elasticity const elastic{1.98e6, 0.23};
-        mpm::MohrCoulombParameters const grains{.friction_angle = 23 * std::numbers::pi / 180};
+        mpm::MohrCoulombParameters const grains{.friction_angle = friction_angle * std::numbers::pi / 180};
         mpm::Config c;
         c.cell = width / cells_across;
         c.size = {width * (2 + std::ceil(3 * aspect_ratio)), c.cell * std::ceil(height() / c.cell + 2), 0};
@@ -60,7 +62,9 @@ struct Column
         c.density = 1925;
         c.law = mpm::MohrCoulomb{elastic, mpm::MohrCoulombSurface(elastic, grains)};
         c.bodies.push_back({.high = {width, height(), 0}});
-        c.walls = {{.axis = 0, .side = -1}, {.axis = 1, .side = -1, .kind = mpm::WallKind::rough, .friction = 0.466}};
+        mpm::Wall const floor{.axis = 1, .side = -1, .kind = mpm::WallKind::rough, .friction = 0.466};
+        c.walls = {{.axis = 0, .side = -1}, floor};
+        if (rough_back) c.walls[0].kind = floor.kind, c.walls[0].friction = floor.friction;
         c.geostatic = mpm::GeostaticConfig{.surface = height(), .k0 = 0.23 / 0.77};
         c.shared_volume = shared_volume;
         c.basis = basis;

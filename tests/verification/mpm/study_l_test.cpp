@@ -1,23 +1,19 @@
 #include <doctest/doctest.h>
 
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "participants/dem/energy.hpp"
 #include "participants/dem/measures.hpp"
-#include "participants/mpm/measures.hpp"
-#include "participants/mpm/setup.hpp"
 #include "tests/verification/dem/run_out.hpp"
-#include "tests/verification/mpm/bars.hpp"
+#include "tests/verification/mpm/collapse.hpp"
 
 //! Study L: dry columns as grains and as a continuum side by side, by what each has in energy and where each ends.
 //! Grains: configs/run_out.yaml, but poured as loose as they are in their critical state, a fraction of 0.79 (a
 //! friction of 0.3 does it; participants/dem/README.md), for the continuum neither dilates nor contracts. Continuum:
 //! the column of configs/mpm_column.yaml with the grains' critical friction angle, 22.3 degrees, and their frictions on
-//! floor and back wall, 20 cells across. A quarter of an hour: only `./dev verify` runs it.
+//! floor and back wall, 20 cells across. Half an hour: only `./dev verify` runs it.
 using namespace verification;
 
 namespace {
@@ -129,26 +125,14 @@ Course as_grains(double aspect_ratio, int seed)
 //! `grain`: mean diameter by the column's width.
 Course as_continuum(double aspect_ratio, double grain)
 {
-    double const width = 0.1, height = aspect_ratio * width;
-    mpm::Elasticity const elastic{1.98e6, 0.23};
-    mpm::MohrCoulombParameters const critical{.friction_angle = 22.3 * std::numbers::pi / 180};
-    mpm::Config config;
-    config.cell = width / 20;
-    config.size = {width * (3 + std::ceil(3.2 * aspect_ratio)), config.cell * std::ceil(height / config.cell + 2), 0};
-    config.gravity = {0, -9.81, 0};
-    config.density = 1925;
-    config.law = mpm::MohrCoulomb{elastic, mpm::MohrCoulombSurface(elastic, critical)};
-    config.bodies.push_back({.high = {width, height, 0}});
-    for (int axis : {0, 1})
-        config.walls.push_back({.axis = axis, .side = -1, .kind = mpm::WallKind::rough, .friction = 0.466});
-    config.geostatic = mpm::GeostaticConfig{.surface = height, .k0 = 0.23 / 0.77};
-    config.shared_volume = true;
-    auto solver = mpm::make_solver<2>(config);
+    Column const column{.aspect_ratio = aspect_ratio, .cells_across = 20, .friction_angle = 22.3, .rough_back = true};
+    constexpr double width = Column::width;
+    auto solver = column.solver();
     Course c{.aspect_ratio = aspect_ratio, .grain = grain};
     auto const advance_to = [&](double time) {
         while (solver.time() < time) solver.step(solver.longest_step());
     };
-    c.energies = follow(height, advance_to, [&] {
+    c.energies = follow(column.height(), advance_to, [&] {
         auto const e = solver.energies();
         return Energies{e.kinetic, e.potential, e.lost(), e.booked.plastic + e.booked.sliding};
     });
@@ -157,7 +141,7 @@ Course as_continuum(double aspect_ratio, double grain)
     for (auto const& p : solver.state().points)
         pieces.push_back({p.place[0] / width, half, p.volume / (width * width)});
     c.one_grain = front_of(pieces, grain) - 1;
-    auto const end = mpm::run_out_of(solver.setup(), solver.state(), 0.05 * std::sqrt(width * height));
+    auto const end = column.run_out(solver);
     c.main_mass = end.front / width - 1;
     c.foremost = end.foremost / width - 1;
     return c;
