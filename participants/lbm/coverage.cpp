@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "participants/lbm/disc_area.hpp"
 #include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/sphere_volume.hpp"
 
@@ -14,10 +15,10 @@ std::size_t box_side(double radius)
 {
     return static_cast<std::size_t>(2 * radius) + 3;
 }
-//! Of a row of a body's fractions.
-std::size_t row_length(double radius)
+template <int D>
+std::size_t list_room(double radius)
 {
-    return box_side(radius) + strip_lanes - 1;
+    return (D == 2 ? most_listed(radius) : most_listed_of_sphere(radius)) + RowCover::slack;
 }
 
 }  // namespace
@@ -31,7 +32,7 @@ Coverage<D>::Coverage(Domain<D> const& domain, std::array<bool, 3> periodic, std
 {
     std::vector<std::size_t> offsets;
     for (Patch<D> const& patch : patches) add_patch(patch, offsets);
-    for (std::size_t k = 0; k < offsets.size(); ++k) patch_strips_[k].fraction = patch_fraction_.data(offsets[k]);
+    for (std::size_t k = 0; k < offsets.size(); ++k) patch_strips_[k].listed = patch_fraction_.data(offsets[k]);
     lay_out({});
     sort_by_row();
 }
@@ -40,7 +41,7 @@ Coverage<D>::Coverage(Domain<D> const& domain, std::array<bool, 3> periodic, std
 template <int D>
 void Coverage<D>::add_patch(Patch<D> const& patch, std::vector<std::size_t>& offsets)
 {
-    auto const index = static_cast<std::ptrdiff_t>(patches_.size());
+    auto const index = static_cast<std::int32_t>(patches_.size());
     Extent low, high;
     for (std::size_t k = 0; k < 3; ++k) {
         low[k] = std::max<std::ptrdiff_t>(0, patch.first[k]);
@@ -59,20 +60,22 @@ void Coverage<D>::add_patch(Patch<D> const& patch, std::vector<std::size_t>& off
             std::array<double, D> arm;
             Extent const cell{begin, y, z};
             for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(cell[k]) + 0.5 - patch.centre[k];
-            visit(Strip<D>{index, r, begin - row.first, end - begin, fraction + begin, arm, patch.drag});
+            auto const count = static_cast<std::int32_t>(end - begin);
+            RowCover const cover{static_cast<std::int32_t>(begin - row.first), count, count, 0, fraction + begin};
+            visit(Strip<D>{cover, index, r, arm, patch.drag});
         }
     };
     for (std::ptrdiff_t z = low[2]; z < high[2]; ++z)
         for (std::ptrdiff_t y = low[1]; y < high[1]; ++y) {
             each_strip(domain_->whole(), y, z, [&](Strip<D> const& s) {
                 for (std::ptrdiff_t x = 0; x < s.count; ++x) {
-                    kept.volume += s.fraction[x];
+                    kept.volume += s.listed[x];
                     for (std::size_t k = 0; k < D; ++k)
-                        kept.first_moment[k] += s.fraction[x] * (s.arm[k] + (k == 0 ? static_cast<double>(x) : 0.0));
+                        kept.first_moment[k] += s.listed[x] * (s.arm[k] + (k == 0 ? static_cast<double>(x) : 0.0));
                 }
             });
             each_strip(*layout_, y, z, [&](Strip<D> const& s) {
-                std::vector<double> padded(s.fraction, s.fraction + s.count);
+                std::vector<double> padded(s.listed, s.listed + s.count);
                 padded.resize(padded.size() + strip_lanes - 1, 0.0);
                 offsets.push_back(patch_fraction_.add(padded));
                 patch_strips_.push_back(s);
@@ -106,33 +109,33 @@ std::span<std::uint32_t const> Coverage<D>::row(std::ptrdiff_t r) const noexcept
     return {by_row_.data() + begin, end - begin};
 }
 
-//! Gives every body its place in fraction_ and strips_; patches come last.
+//! Gives every body its place in listed_ and strips_; patches come last.
 template <int D>
 void Coverage<D>::lay_out(std::span<Body<D> const> bodies)
 {
     std::size_t const n = bodies.size();
-    box_start_.resize(n);
+    list_start_.resize(n);
     for (auto* v : {&first_, &count_, &room_}) v->assign(n + patches_.size(), 0);
-    std::size_t cells = 0, strips = 0;
+    std::size_t listed = 0, strips = 0;
     for (std::size_t i = 0; i < n; ++i) {
         std::size_t const side = box_side(bodies[i].radius), rows = D == 2 ? side : side * side;
         std::size_t const turns = periodic_[0] ? 2 + side / static_cast<std::size_t>(layout_->cells()[0]) : 1;
-        box_start_[i] = cells;
+        list_start_[i] = listed;
         first_[i] = strips;
         room_[i] = rows * turns * layout_->most_across();
-        cells += rows * row_length(bodies[i].radius);
+        listed += list_room<D>(bodies[i].radius);
         strips += room_[i];
     }
-    fraction_.resize(cells);
+    listed_.resize(listed);
     strips_.resize(strips + patch_strips_.size());
     for (std::size_t p = 0; p < patches_.size(); ++p) {
         first_[n + p] = strips + patch_start_[p];
         count_[n + p] = room_[n + p] = patch_start_[p + 1] - patch_start_[p];
     }
     std::copy(patch_strips_.begin(), patch_strips_.end(), strips_.begin() + static_cast<std::ptrdiff_t>(strips));
-    for (std::size_t k = strips; k < strips_.size(); ++k) strips_[k].body += static_cast<std::ptrdiff_t>(n);
+    for (std::size_t k = strips; k < strips_.size(); ++k) strips_[k].body += static_cast<std::int32_t>(n);
     row_of_strip_.resize(strips_.size());
-    for (std::size_t k = strips; k < strips_.size(); ++k) row_of_strip_[k] = static_cast<std::uint32_t>(strips_[k].row);
+    for (std::size_t k = strips; k < strips_.size(); ++k) row_of_strip_[k] = strips_[k].row;
 }
 
 template <int D>
@@ -170,84 +173,70 @@ void Coverage<D>::cover(std::size_t i, Body<D> const& body)
 {
     Extent const& cells = layout_->cells();
     thread_local RasterScratch scratch;
-    thread_local std::vector<std::ptrdiff_t> columns;
+    thread_local std::vector<RowCover> covers;
+    std::span<double> const listed{listed_.data() + list_start_[i], list_room<D>(body.radius)};
     SphereBox box;
     if constexpr (D == 2) {
-        auto const [x0, y0, width, height] = disc_box(body.centre[0], body.centre[1], body.radius);
-        box = {{x0, y0, 0}, {width, height, 1}};
+        DiscBox const square = disc_box(body.centre[0], body.centre[1], body.radius);
+        box = {{square.x0, square.y0, 0}, {square.width, square.height, 1}};
+        covers.resize(static_cast<std::size_t>(square.height));
+        rasterise(body.centre[0], body.centre[1], body.radius, square, listed, covers, scratch);
     } else {
         box = sphere_box(body.centre, body.radius);
+        covers.resize(static_cast<std::size_t>(box.size[1] * box.size[2]));
+        rasterise(body.centre, body.radius, box, listed, covers);
     }
-    std::ptrdiff_t const rows = box.size[1] * box.size[2], stride = box.size[0] + strip_lanes - 1;
-    columns.resize(static_cast<std::size_t>(2 * rows));
-    std::span<double> const fraction{fraction_.data() + box_start_[i], static_cast<std::size_t>(rows * stride)};
-    if constexpr (D == 2)
-        rasterise(body.centre[0], body.centre[1], body.radius, {box.first[0], box.first[1], box.size[0], box.size[1]},
-                  fraction, columns, scratch);
-    else
-        rasterise(body.centre, body.radius, box, fraction, columns);
     count_[i] = 0;
-    for (std::ptrdiff_t row = 0; row < rows; ++row) {
-        auto const begin = columns[static_cast<std::size_t>(2 * row)],
-                   end = columns[static_cast<std::size_t>(2 * row + 1)];
-        Extent at{box.first[0] + begin, box.first[1] + row % box.size[1], box.first[2] + row / box.size[1]};
-        std::array<double, D> arm;
-        for (std::size_t k = 0; k < D; ++k) arm[k] = static_cast<double>(at[k]) + 0.5 - body.centre[k];
-        bool inside = begin < end;
-        for (std::size_t k = 1; k < D; ++k) {
-            if (periodic_[k]) at[k] = wrap(at[k], cells[k]);
-            inside = inside && at[k] >= 0 && at[k] < cells[k];
+    Strip<D> strip;
+    strip.body = static_cast<std::int32_t>(i);
+    strip.drag = drag_of_curvature<D>(1 / body.radius);
+    for (std::size_t row = 0; row < covers.size(); ++row) {
+        static_cast<RowCover&>(strip) = covers[row];
+        if (strip.count == 0) continue;
+        auto const k = static_cast<std::ptrdiff_t>(row);
+        Extent at{box.first[0] + strip.begin, box.first[1] + k % box.size[1], box.first[2] + k / box.size[1]};
+        for (std::size_t axis = 0; axis < D; ++axis)
+            strip.arm[axis] = static_cast<double>(at[axis]) + 0.5 - body.centre[axis];
+        bool inside = true;
+        for (std::size_t axis = 1; axis < D; ++axis) {
+            if (periodic_[axis]) at[axis] = wrap(at[axis], cells[axis]);
+            inside = inside && at[axis] >= 0 && at[axis] < cells[axis];
         }
-        if (!inside) continue;
-        count_[i] += add_strips(first_[i] + count_[i],
-                                {static_cast<std::ptrdiff_t>(i), 0, at[0], end - begin,
-                                 fraction.data() + row * stride + begin, arm, drag_of_curvature<D>(1 / body.radius)},
-                                at[1], at[2]);
+        if (inside) count_[i] += add_strips(first_[i] + count_[i], strip, at);
     }
 }
 
-//! Writes the parts that are stored of a strip in a row (y, z) of the lattice to strips_[at...]; returns how many there
-//! are. Its begin is that in the lattice.
+//! Writes the parts that are stored of a strip, whose first cell is `at` in the lattice along y and z and wraps around
+//! along x, to strips_[first...]; returns how many there are.
 template <int D>
-std::size_t Coverage<D>::add_strips(std::size_t at, Strip<D> const& whole, std::ptrdiff_t y, std::ptrdiff_t z)
+std::size_t Coverage<D>::add_strips(std::size_t first, Strip<D> const& strip, Extent at)
 {
     std::ptrdiff_t const nx = layout_->cells()[0];
-    if (!periodic_[0]) return add_within_lattice(at, whole, y, z);
-    Strip<D> strip = whole;
+    if (!periodic_[0]) return add_within_lattice(first, strip, at);
     std::size_t parts = 0;
-    while (strip.count > 0) {
-        Strip<D> part = strip;
-        part.begin = wrap(strip.begin, nx);
-        part.count = std::min(strip.count, nx - part.begin);
-        parts += add_within_lattice(at + parts, part, y, z);
-        strip.begin += part.count;
-        strip.count -= part.count;
-        strip.fraction += part.count;
-        strip.arm[0] += static_cast<double>(part.count);
+    for (std::ptrdiff_t done = 0; done < strip.count;) {
+        std::ptrdiff_t const begin = wrap(at[0] + done, nx),
+                             end = std::min<std::ptrdiff_t>(done + nx - begin, strip.count);
+        parts += add_within_lattice(first + parts, strip.part(done, end), {begin, at[1], at[2]});
+        done = end;
     }
     return parts;
 }
 
 template <int D>
-std::size_t Coverage<D>::add_within_lattice(std::size_t at, Strip<D> const& strip, std::ptrdiff_t y, std::ptrdiff_t z)
+std::size_t Coverage<D>::add_within_lattice(std::size_t first, Strip<D> const& strip, Extent const& at)
 {
     std::size_t parts = 0;
-    for (std::uint32_t const r : layout_->across(y, z)) {
+    for (std::uint32_t const r : layout_->across(at[1], at[2])) {
         Row const& row = layout_->row(r);
-        std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(strip.begin, row.first),
-                             end = std::min<std::ptrdiff_t>(strip.begin + strip.count, row.first + row.cells),
-                             skipped = begin - strip.begin;
+        std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(at[0], row.first),
+                             end = std::min<std::ptrdiff_t>(at[0] + strip.count, row.first + row.cells);
         if (begin >= end) continue;
-        Strip<D>& part = strips_[at + parts];
-        part.body = strip.body;
+        Strip<D>& part = strips_[first + parts];
+        part = strip.part(begin - at[0], end - at[0]);
         part.row = r;
-        part.begin = begin - row.first;
-        part.count = end - begin;
-        part.fraction = strip.fraction + skipped;
-        for (std::size_t k = 0; k < D; ++k) part.arm[k] = strip.arm[k];
-        part.arm[0] += static_cast<double>(skipped);
-        part.drag = strip.drag;
-        row_of_strip_[at + parts++] = r;
+        part.begin = static_cast<std::int32_t>(begin - row.first);
+        row_of_strip_[first + parts++] = r;
     }
     return parts;
 }

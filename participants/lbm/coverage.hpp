@@ -7,52 +7,12 @@
 #include <vector>
 
 #include "coupler/base/team.hpp"
-#include "participants/lbm/disc_area.hpp"
 #include "participants/lbm/domain.hpp"
 #include "participants/lbm/lattice.hpp"
 #include "participants/lbm/shared_runs.hpp"
+#include "participants/lbm/strip.hpp"
 
 namespace lbm {
-
-//! A disc or a sphere in lattice units: cell (0, 0) is the square [0, 1] x [0, 1].
-template <int D>
-struct Body
-{
-    std::array<double, D> centre;
-    double radius;                        //!< hydrodynamic
-    std::array<double, D> velocity;       //!< cells a step
-    std::array<double, spins<D>> spin{};  //!< angular velocity (1/step)
-
-    //! At the end of an arm from its centre.
-    std::array<double, D> velocity_at(std::array<double, D> const& arm) const noexcept
-    {
-        std::array<double, D> u = velocity;
-        if constexpr (D == 2) {
-            u[0] -= spin[0] * arm[1];
-            u[1] += spin[0] * arm[0];
-        } else {
-            auto const turned = cross(spin, arm);
-            for (std::size_t k = 0; k < 3; ++k) u[k] += turned[k];
-        }
-        return u;
-    }
-};
-
-constexpr std::ptrdiff_t strip_lanes = 8;  //!< cells that loops over a strip take at a time
-
-//! The cells of one row of a layout that one body covers. The fractions may be read up to a multiple of strip_lanes;
-//! what lies there is 0, unless the strip ends with the row.
-template <int D>
-struct Strip
-{
-    std::ptrdiff_t body;   //!< index of the body; after the bodies come the patches
-    std::ptrdiff_t row;    //!< of the layout
-    std::ptrdiff_t begin;  //!< first cell, in the row
-    std::ptrdiff_t count;
-    double const* fraction;     //!< solid fraction of each cell [-]
-    std::array<double, D> arm;  //!< from the body's centre to the centre of the first cell
-    double drag;                //!< K of its surface, solid_weight.hpp
-};
 
 //! A solid at rest that is no body: its fractions of the cells of a box, lattice units. What lies outside the lattice
 //! is cut off.
@@ -70,31 +30,6 @@ struct Patch
         y -= first[1], z -= first[2];
         if (y < 0 || y >= size[1] || z < 0 || z >= size[2]) return nullptr;
         return fraction.data() + (z * size[1] + y) * size[0];
-    }
-};
-
-//! Velocity of a body at the centres of a strip's cells: from the first on it grows by `slope` with each.
-template <int D>
-struct StripVelocity
-{
-    std::array<double, D> first{}, slope{};
-    StripVelocity() = default;  //!< at rest
-    StripVelocity(Strip<D> const& s, std::span<Body<D> const> bodies)
-    {
-        if (s.body >= static_cast<std::ptrdiff_t>(bodies.size())) return;  // patches rest
-        Body<D> const& b = bodies[static_cast<std::size_t>(s.body)];
-        first = b.velocity_at(s.arm);
-        if constexpr (D == 2) {
-            slope[1] = b.spin[0];
-        } else {
-            slope[1] = b.spin[2];
-            slope[2] = -b.spin[1];
-        }
-    }
-    template <class Number>
-    Number at(std::size_t axis, int cell) const
-    {
-        return static_cast<Number>(first[axis]) + static_cast<Number>(cell) * static_cast<Number>(slope[axis]);
     }
 };
 
@@ -127,7 +62,7 @@ class Coverage
     bool has_all_of(std::size_t i) const noexcept;
     std::size_t bytes() const noexcept
     {
-        return sizeof(double) * fraction_.size() + patch_fraction_.bytes() +
+        return sizeof(double) * listed_.size() + patch_fraction_.bytes() +
                sizeof(Strip<D>) * (strips_.size() + patch_strips_.size());
     }
 
@@ -149,17 +84,17 @@ class Coverage
     void add_patch(Patch<D> const& patch, std::vector<std::size_t>& offsets);
     bool is_near(Shape const& shape) const noexcept;
     void cover(std::size_t i, Body<D> const& body);
-    std::size_t add_strips(std::size_t at, Strip<D> const& whole, std::ptrdiff_t y, std::ptrdiff_t z);
-    std::size_t add_within_lattice(std::size_t at, Strip<D> const& strip, std::ptrdiff_t y, std::ptrdiff_t z);
+    std::size_t add_strips(std::size_t first, Strip<D> const& strip, Extent at);
+    std::size_t add_within_lattice(std::size_t first, Strip<D> const& strip, Extent const& at);
     void sort_by_row();
 
     Domain<D> const* domain_;
     Layout const* layout_;  //!< of this process
     std::array<bool, 3> periodic_;
     std::vector<Shape> shape_;                       //!< of the bodies at the last update
-    std::vector<std::size_t> box_start_;             //!< in fraction_, for each body
+    std::vector<std::size_t> list_start_;            //!< in listed_, for each body
     std::vector<std::size_t> first_, count_, room_;  //!< of each body's strips
-    std::vector<double> fraction_;
+    std::vector<double> listed_;                     //!< fractions, see RowCover
     std::vector<Kept> patches_;
     SharedRuns<double> patch_fraction_;
     std::vector<Strip<D>> patch_strips_;       //!< `body`: which patch

@@ -24,7 +24,8 @@ struct RowBuffer
         std::ptrdiff_t begin, end;
         bool touched;
     };
-    std::vector<Run> runs;  //!< of the row, cells with solids and without
+    std::vector<Run> runs;       //!< of the row, cells with solids and without
+    std::vector<Stored> covers;  //!< fractions of each strip's cells, in whole lanes, one strip after another
 
     //! Room for the longest row, and for one of nx cells.
     void resize(std::ptrdiff_t longest, std::ptrdiff_t nx)
@@ -66,20 +67,11 @@ RowBuffer<Stored>& row_buffer()
     return buffer;
 }
 
-//! A strip's cells, rounded up: the fractions beyond its end are 0 or lie beyond the row's end.
-template <int D>
-int whole_lanes(Strip<D> const& strip)
-{
-    auto const count = static_cast<int>((strip.count + strip_lanes - 1) / strip_lanes * strip_lanes);
-    if (count % strip_lanes != 0 || count <= 0) __builtin_unreachable();  // spares the loops a remainder
-    return count;
-}
-
 //! Marks the blocks of a strip.
 template <class Stored, int D>
 void touch(Strip<D> const& s, RowBuffer<Stored>& row)
 {
-    std::fill(row.touched.begin() + s.begin / block, row.touched.begin() + (s.begin + whole_lanes(s) - 1) / block + 1,
+    std::fill(row.touched.begin() + s.begin / block, row.touched.begin() + (s.begin + s.whole_lanes() - 1) / block + 1,
               1);
 }
 
@@ -121,6 +113,20 @@ void begin_row(RowBuffer<Stored>& row, std::ptrdiff_t nx, std::span<std::uint32_
     list_runs(row, nx);
     for (auto const& run : row.runs)
         if (run.touched) clear<D>(run, row);
+}
+
+//! Writes the fractions of the strips' cells; all before any is read, which would have to wait for them.
+template <int D, class Stored>
+void write_covers(RowBuffer<Stored>& row, std::span<std::uint32_t const> strips, std::span<Strip<D> const> all)
+{
+    std::size_t cells = strip_lanes;
+    for (std::uint32_t const k : strips) cells += static_cast<std::size_t>(all[k].whole_lanes());
+    if (row.covers.size() < cells) row.covers.resize(cells);
+    Stored* to = row.covers.data();
+    for (std::uint32_t const k : strips) {
+        all[k].write(to);
+        to += all[k].whole_lanes();
+    }
 }
 
 template <int D, class Stored>
@@ -166,7 +172,8 @@ void set_core_weight(Strip<D> const& strip, std::span<Body<D> const> bodies, Row
     Stored *const weight = row.weight.data() + strip.begin, *const open = row.open.data() + strip.begin,
                   *const ease = row.ease.data() + strip.begin;
     Stored const* const fraction = row.fraction.data() + strip.begin;
-    std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(first, 0), end = std::min(last + 1, strip.count);
+    std::ptrdiff_t const begin = std::max<std::ptrdiff_t>(first, 0),
+                         end = std::min<std::ptrdiff_t>(last + 1, strip.count);
 #pragma omp simd
     for (std::ptrdiff_t k = begin; k < end; ++k) {
         weight[k] = Stored(core_weight) / fraction[k];
@@ -187,9 +194,10 @@ void prefetch(T const* first, std::ptrdiff_t count)
 }
 
 template <int D, class Stored>
-void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, double held, double lag, RowBuffer<Stored>& row)
+void add_strip(Strip<D> const& strip, Stored const* cover, StripVelocity<D> const& v, double held, double lag,
+               RowBuffer<Stored>& row)
 {
-    int const count = whole_lanes(strip);
+    int const count = strip.whole_lanes();
     Stored *const fraction = row.fraction.data() + strip.begin, *const drag = row.drag.data() + strip.begin,
                   *const lags = row.lag.data() + strip.begin;
     Stored *const x = row.momentum[0].data() + strip.begin, *const y = row.momentum[1].data() + strip.begin,
@@ -197,7 +205,7 @@ void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, double held, do
     auto const drag_each = static_cast<Stored>(held), lag_each = static_cast<Stored>(lag);
 #pragma omp simd
     for (int k = 0; k < count; ++k) {  // int: the machine turns several of them into numbers at once
-        auto const f = static_cast<Stored>(strip.fraction[k]);
+        Stored const f = cover[k];
         fraction[k] += f;
         drag[k] += f * drag_each;
         lags[k] += f * lag_each;
@@ -208,40 +216,40 @@ void add_strip(Strip<D> const& strip, StripVelocity<D> const& v, double held, do
 }
 
 //! What a strip's solid gets: force and torque [lattice units], with the fractions and velocities that its cells had.
-template <bool moves, int D, class Stored>
-void find_load(Strip<D> const& s, StripVelocity<D> const& v, SolidRow<Stored> const& solid,
+template <bool moves, int D, class Stored, class Number>
+void find_load(Strip<D> const& s, Number const* cover, StripVelocity<D> const& v, SolidRow<Stored> const& solid,
                std::array<double, D + spins<D>>& load)
 {
-    using V = Lanes<double>;
-    constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
+    constexpr std::size_t lanes = Lanes<double>::count;
     static_assert(strip_lanes % lanes == 0);
-    using Part = typename Lanes<Stored>::template Part<V::count>;
-    auto const wide = [](Part const& part) { return V(__builtin_convertvector(part, typename V::Register)); };
-    auto const at = [&](auto const* numbers) { return load_part<Stored, V::count>(numbers); };
-    std::array<V, D> force, moment;  // moment: with the arm along x
-    V arm = counted_from<V>(s.arm[0]);
-    Part cell = __builtin_convertvector(counted_from<V>(0).all, Part);
-    for (std::ptrdiff_t k = 0, count = whole_lanes(s); k < count; k += lanes) {
-        V const fraction = wide(at(s.fraction + k));
+    using Part = typename Lanes<Stored>::template Part<lanes>;
+    std::array<Part, D> force{}, moment{};  // moment: with the arm along x
+    Part cell = __builtin_convertvector(counted_from<Lanes<double>>(0).all, Part);
+    Part arm = static_cast<Stored>(s.arm[0]) + cell;
+    for (std::ptrdiff_t k = 0, count = s.whole_lanes(); k < count; k += lanes) {
+        Part const fraction = load_part<Stored, lanes>(cover + k);
         for (std::size_t axis = 0; axis < D; ++axis) {
-            V f = wide(at(solid.force[axis] + s.begin + k));
+            Part f = load_part<Stored, lanes>(solid.force[axis] + s.begin + k);
             if constexpr (moves) {
                 Part const velocity = static_cast<Stored>(v.first[axis]) + cell * static_cast<Stored>(v.slope[axis]);
-                f = f - wide(at(solid.force_rate + s.begin + k)) * wide(velocity);
+                f -= load_part<Stored, lanes>(solid.force_rate + s.begin + k) * velocity;
             }
-            f = fraction * f;
-            force[axis] = force[axis] + f;
-            moment[axis] = moment[axis] + arm * f;
+            f *= fraction;
+            force[axis] += f;
+            moment[axis] += arm * f;
         }
-        arm = arm + static_cast<double>(lanes);
+        arm += static_cast<Stored>(lanes);
         cell += static_cast<Stored>(lanes);
     }
-    std::array<double, D> sum;
-    for (std::size_t axis = 0; axis < D; ++axis) load[axis] = sum[axis] = sum_of(force[axis]);
-    load[D + spins<D> - 1] = sum_of(moment[1]) - s.arm[1] * sum[0];
+    auto const sum = [](Part const& part) {
+        return sum_of(Lanes<double>(__builtin_convertvector(part, Lanes<double>::Register)));
+    };
+    std::array<double, D> total;
+    for (std::size_t axis = 0; axis < D; ++axis) load[axis] = total[axis] = sum(force[axis]);
+    load[D + spins<D> - 1] = sum(moment[1]) - s.arm[1] * total[0];
     if constexpr (D == 3) {
-        load[3] = s.arm[1] * sum[2] - s.arm[2] * sum[1];
-        load[4] = s.arm[2] * sum[0] - sum_of(moment[2]);
+        load[3] = s.arm[1] * total[2] - s.arm[2] * total[1];
+        load[4] = s.arm[2] * total[0] - sum(moment[2]);
     }
 }
 
@@ -260,14 +268,17 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
         if (phase_) phase_->mark(r, touched);
     });
     bool const forced = config_.surface == Surface::forced;
+    write_covers(buffer, strips, coverage_.strips());
+    Stored const* cover = buffer.covers.data();
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];
         StripVelocity<D> const v(s, covering());
         bool const moves = s.body < static_cast<std::ptrdiff_t>(covering().size());
         if (forced)
-            add_strip(s, v, moves ? 0.0 : s.drag, moves ? 1.0 : 0.0, buffer);
+            add_strip(s, cover, v, moves ? 0.0 : s.drag, moves ? 1.0 : 0.0, buffer);
         else
-            add_strip(s, v, s.drag, lag_of<D>(s, covering(), relaxation_.tau), buffer);
+            add_strip(s, cover, v, s.drag, lag_of<D>(s, covering(), relaxation_.tau), buffer);
+        cover += s.whole_lanes();
     }
     Relaxation const relaxation = of_row(r);
     for (auto const& run : buffer.runs) {
@@ -286,9 +297,11 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
         kernels_.covered(slots, {begin, end}, relaxation, solid);
         if (phase_) phase_->take_from_row(r, begin, end, solid);
     }
+    cover = buffer.covers.data();
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];
-        find_load<true>(s, StripVelocity<D>(s, covering()), solid, strip_load_[k]);
+        find_load<true>(s, cover, StripVelocity<D>(s, covering()), solid, strip_load_[k]);
+        cover += s.whole_lanes();
     }
 }
 
@@ -314,9 +327,12 @@ void Solver<D>::list_still_rows()
         if (strips.empty()) continue;
         buffer.resize(layout_.most_in_row(), nx);
         begin_row(buffer, nx, strips, coverage_.strips(), [](auto&) {});
+        write_covers(buffer, strips, coverage_.strips());
+        Stored const* cover = buffer.covers.data();
         for (std::uint32_t const k : strips) {
             Strip<D> const& s = coverage_.strips()[k];
-            add_strip(s, StripVelocity<D>(s, covering()), s.drag, 0.0, buffer);
+            add_strip(s, cover, {}, s.drag, 0.0, buffer);
+            cover += s.whole_lanes();
         }
         for (auto const& run : buffer.runs) {
             if (run.touched) find_weights<D>(run, relaxation_.tau, buffer);
@@ -335,7 +351,7 @@ void Solver<D>::prefetch_next(std::ptrdiff_t r) const
     for (std::uint32_t const k : coverage_.row(next)) prefetch(&coverage_.strips()[k], 1);
     for (std::uint32_t const k : coverage_.row(std::min(r + 1, next))) {
         Strip<D> const& s = coverage_.strips()[k];
-        prefetch(s.fraction, s.count);
+        prefetch(s.listed, s.left + s.right);
         prefetch(&strip_load_[k], 1);
     }
     for (StillRows::Run const& run : still_.of_row(std::min(r + 1, next)))
@@ -364,7 +380,10 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, st
         still_.point(run, solid);
         kernels_.covered(slots, {run.begin, run.end}, relaxation, solid);
     }
-    for (std::uint32_t const k : strips) find_load<false>(coverage_.strips()[k], {}, solid, strip_load_[k]);
+    for (std::uint32_t const k : strips) {
+        Strip<D> const& s = coverage_.strips()[k];
+        find_load<false>(s, s.listed, {}, solid, strip_load_[k]);  // patches list all their cells
+    }
 }
 
 template bool Solver<2>::all_rest(std::span<std::uint32_t const>) const;

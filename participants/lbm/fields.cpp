@@ -215,10 +215,11 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
             config_.surface == Surface::forced && s.body < static_cast<std::ptrdiff_t>(covering().size());
         for (std::ptrdiff_t k = 0; k < s.count; ++k) {
             auto const x = static_cast<std::size_t>(s.begin + k);
-            row.fraction[x] += s.fraction[k];
-            (forces ? forced : drag)[x] += s.fraction[k] * (forces ? 1.0 : s.drag);
+            double const fraction = s.fraction(k);
+            row.fraction[x] += fraction;
+            (forces ? forced : drag)[x] += fraction * (forces ? 1.0 : s.drag);
             for (std::size_t axis = 0; axis < D; ++axis)
-                solid[axis][x] += s.fraction[k] * velocity.template at<double>(axis, static_cast<int>(k));
+                solid[axis][x] += fraction * velocity.template at<double>(axis, static_cast<int>(k));
         }
     }
     Relaxation const relaxation = of_row(r);

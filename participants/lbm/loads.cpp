@@ -32,7 +32,7 @@ void Solver<D>::add_parts(std::size_t index, std::vector<SumPart<freedoms>>& par
         index < bodies ? bodies_[index].centre[D - 1] : coverage_.patches()[index - bodies].centre[D - 1];
     std::size_t const first = parts.size();
     for (std::size_t k = begin; k < end; ++k) {
-        auto const layer = static_cast<std::int64_t>(std::llround(coverage_.strips()[k].arm[D - 1] + centre - 0.5));
+        auto const layer = static_cast<std::int64_t>(std::floor(coverage_.strips()[k].arm[D - 1] + centre));
         if (parts.size() == first || parts.back().layer != layer) parts.push_back({index, layer, {}});
         for (std::size_t f = 0; f < freedoms; ++f) parts.back().sum[f] += strip_load_[k][f];
     }

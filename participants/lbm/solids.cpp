@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "participants/lbm/disc_area.hpp"
 #include "participants/lbm/mesh_solid.hpp"
 #include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/sphere_volume.hpp"
@@ -17,6 +18,16 @@ double shared(double low, double high, std::ptrdiff_t i)
     return std::max(0.0, std::min(high, at + 1) - std::max(low, at));
 }
 
+//! Of all cells of rows, x fastest.
+std::vector<double> fractions(std::span<RowCover const> rows, std::ptrdiff_t width)
+{
+    std::vector<double> all;
+    all.reserve(rows.size() * static_cast<std::size_t>(width));
+    for (RowCover const& row : rows)
+        for (std::ptrdiff_t x = 0; x < width; ++x) all.push_back(row.covers(x) ? row.fraction(x - row.begin) : 0.0);
+    return all;
+}
+
 //! Fractions of a disc in the plane, without padding; x fastest.
 struct DiscCells
 {
@@ -26,10 +37,10 @@ struct DiscCells
     DiscCells(double x, double y, double radius) : box(disc_box(x, y, radius))
     {
         RasterScratch scratch;
-        auto const cells = static_cast<std::size_t>(box.width * box.height);
-        std::vector<std::ptrdiff_t> columns(static_cast<std::size_t>(2 * box.height));
-        fraction.resize(cells);
-        rasterise(x, y, radius, box, fraction, columns, scratch);
+        std::vector<double> listed(most_listed(radius) + RowCover::slack);
+        std::vector<RowCover> rows(static_cast<std::size_t>(box.height));
+        rasterise(x, y, radius, box, listed, rows, scratch);
+        fraction = fractions(rows, box.width);
     }
 };
 
@@ -46,9 +57,10 @@ Patch<D> ball(std::array<double, 3> const& centre, double radius)
         SphereBox const box = sphere_box(centre, radius);
         patch.first = box.first;
         patch.size = box.size;
-        std::vector<std::ptrdiff_t> columns(static_cast<std::size_t>(2 * box.size[1] * box.size[2]));
-        patch.fraction.resize(static_cast<std::size_t>(box.size[0] * box.size[1] * box.size[2]));
-        rasterise(centre, radius, box, patch.fraction, columns);
+        std::vector<double> listed(most_listed_of_sphere(radius) + RowCover::slack);
+        std::vector<RowCover> rows(static_cast<std::size_t>(box.size[1] * box.size[2]));
+        rasterise(centre, radius, box, listed, rows);
+        patch.fraction = fractions(rows, box.size[0]);
     }
     patch.drag = drag_of_curvature<D>(1 / radius);
     return patch;

@@ -1,7 +1,9 @@
 #include "participants/lbm/sphere_volume.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <numbers>
 
 namespace lbm {
 namespace {
@@ -31,12 +33,12 @@ inline double covered(double x, double y, double z, double radius_square) noexce
 class CutCells
 {
  public:
-    CutCells(double radius, std::span<double> fraction) : radius_square_(radius * radius), fraction_(fraction) {}
-    //! A cell whose centre is (x, y, z) away from the sphere's, y and z at least 0, and its place in `fraction`.
-    void add(std::ptrdiff_t at, double x, double y, double z) noexcept
+    //! `listed`: where the fractions go, one after another.
+    CutCells(double radius, std::span<double> listed) : radius_square_(radius * radius), listed_(listed) {}
+    //! A cell whose centre is (x, y, z) away from the sphere's, y and z at least 0.
+    void add(double x, double y, double z) noexcept
     {
         if (count_ == most) find();
-        at_[count_] = static_cast<std::size_t>(at);
         x_[count_] = x, y_[count_] = y, z_[count_] = z;
         ++count_;
     }
@@ -47,16 +49,17 @@ class CutCells
         std::size_t const whole = (count_ + lanes - 1) / lanes * lanes;
 #pragma omp simd
         for (std::size_t k = 0; k < whole; ++k) share_[k] = covered(std::abs(x_[k]), y_[k], z_[k], radius_square_);
-        for (std::size_t k = 0; k < count_; ++k) fraction_[at_[k]] = share_[k];
+        assert(count_ <= listed_.size());
+        std::copy_n(share_.data(), count_, listed_.data());
+        listed_ = listed_.subspan(count_);
         count_ = 0;
     }
 
  private:
     static constexpr std::size_t most = 256;
     double radius_square_;
-    std::span<double> fraction_;
+    std::span<double> listed_;
     std::size_t count_ = 0;
-    std::array<std::size_t, most> at_;
     std::array<double, most> x_{}, y_{}, z_{}, share_;
 };
 
@@ -78,35 +81,44 @@ SphereBox sphere_box(std::array<double, 3> const& centre, double radius) noexcep
     return box;
 }
 
-void rasterise(std::array<double, 3> const& centre, double radius, SphereBox const& box, std::span<double> fraction,
-               std::span<std::ptrdiff_t> columns)
+std::size_t most_listed_of_sphere(double radius) noexcept
 {
-    CutCells cells(radius, fraction);
-    std::ptrdiff_t const width = box.size[0], rows = box.size[1] * box.size[2],
-                         length = static_cast<std::ptrdiff_t>(fraction.size()) / rows;
+    // rows that the sphere touches are fewer than cells that its shadow touches; each lists less than wide - narrow + 2
+    // on both sides. Along diagonals of a quadrant's rows wide - narrow adds up to what the first row has, less than
+    // 2 (pi radius^2/4 + 2 radius) in all of it; the centre's row reaches beyond where those beside it begin: once more
+    constexpr double pi = std::numbers::pi, diagonal = std::numbers::sqrt2;
+    double const shadow = pi * (radius + diagonal) * (radius + diagonal),
+                 quadrant = 2 * (0.25 * pi * radius * radius + 2 * radius);
+    return static_cast<std::size_t>(4 * shadow + 2 * 8 * quadrant) + 1;
+}
+
+void rasterise(std::array<double, 3> const& centre, double radius, SphereBox const& box, std::span<double> listed,
+               std::span<RowCover> rows)
+{
+    CutCells cells(radius, listed);
+    double const* at = listed.data();
     double const first = static_cast<double>(box.first[0]) + 0.5 - centre[0];
-    for (std::ptrdiff_t row = 0; row < rows; ++row) {
-        double const y = std::abs(static_cast<double>(box.first[1] + row % box.size[1]) + 0.5 - centre[1]);
-        double const z = std::abs(static_cast<double>(box.first[2] + row / box.size[1]) + 0.5 - centre[2]);
-        double* const line = fraction.data() + row * length;
-        std::ptrdiff_t* const extent = columns.data() + 2 * row;
-        std::fill_n(line, length, 0.0);
+    auto const width = static_cast<std::int32_t>(box.size[0]);
+    auto const whole = [](double x) { return static_cast<std::int32_t>(x); };
+    for (std::ptrdiff_t k = 0; k < box.size[1] * box.size[2]; ++k) {
+        double const y = std::abs(static_cast<double>(box.first[1] + k % box.size[1]) + 0.5 - centre[1]);
+        double const z = std::abs(static_cast<double>(box.first[2] + k / box.size[1]) + 0.5 - centre[2]);
         double const wide = half_chord(radius, std::max(0.0, y - 0.5), std::max(0.0, z - 0.5)),
                      narrow = half_chord(radius, y + 0.5, z + 0.5);  // cells within are covered wholly
-        extent[0] = extent[1] = 0;
+        RowCover& row = rows[static_cast<std::size_t>(k)];
+        row = {};
         if (wide == 0) continue;
-        extent[0] = std::max<std::ptrdiff_t>(0, static_cast<std::ptrdiff_t>(std::floor(-wide - first + 0.5)));
-        extent[1] = std::min(width, static_cast<std::ptrdiff_t>(std::ceil(wide - first + 0.5)));
-        auto const inner =
-            std::clamp(static_cast<std::ptrdiff_t>(std::ceil(-narrow - first + 0.5)), extent[0], extent[1]);
-        auto const outer = std::clamp(static_cast<std::ptrdiff_t>(std::floor(narrow - first + 0.5)), inner, extent[1]);
-        auto const cut = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            for (std::ptrdiff_t k = begin; k < end; ++k)
-                cells.add(row * length + k, first + static_cast<double>(k), y, z);
+        std::int32_t const begin = std::max(0, whole(std::floor(-wide - first + 0.5))),
+                           end = std::min(width, whole(std::ceil(wide - first + 0.5))),
+                           inner = std::clamp(whole(std::ceil(-narrow - first + 0.5)), begin, end),
+                           outer = std::clamp(whole(std::floor(narrow - first + 0.5)), inner, end);
+        auto const cut = [&](std::int32_t from, std::int32_t to) {
+            for (std::int32_t i = from; i < to; ++i) cells.add(first + i, y, z);
         };
-        cut(extent[0], inner);
-        std::fill(line + inner, line + outer, 1.0);
-        cut(outer, extent[1]);
+        cut(begin, inner);
+        cut(outer, end);
+        row = {begin, end - begin, inner - begin, end - outer, at};
+        at += row.left + row.right;
     }
     cells.find();
 }

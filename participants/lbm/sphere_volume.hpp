@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <span>
 
+#include "participants/lbm/strip.hpp"
+
 namespace lbm {
 
 //! The smallest box of cells that holds a sphere: lowest cell and number of cells along x, y, z.
@@ -19,9 +21,12 @@ SphereBox sphere_box(std::array<double, 3> const& centre, double radius) noexcep
 //! The sphere is the same along all axes: in each cell that is taken for z along which the surface lies flattest, and
 //! the height of the sphere over the cell's floor, between 0 and 1, is summed at 3 x 3 Gauss points. It changes with
 //! the square root of the place only where the cell is not cut: no branch, so that cells go several at a time.
-//! `fraction`: rows along x of equal length >= width, y fastest; what a row has beyond width is set to 0. `columns`:
-//! begin and end of the covered cells of each row, in cells from the box's first; equal where there is none.
-void rasterise(std::array<double, 3> const& centre, double radius, SphereBox const& box, std::span<double> fraction,
-               std::span<std::ptrdiff_t> columns);
+//! `listed`: fractions of cells that may be covered in part, most_listed() and RowCover::slack. `rows`, y fastest: what
+//! is covered of each row along x, in cells from the box's first; of some nothing.
+void rasterise(std::array<double, 3> const& centre, double radius, SphereBox const& box, std::span<double> listed,
+               std::span<RowCover> rows);
+
+//! Room for the fractions of one sphere that rasterise() lists, RowCover::slack not counted.
+std::size_t most_listed_of_sphere(double radius) noexcept;
 
 }  // namespace lbm

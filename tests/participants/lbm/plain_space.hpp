@@ -36,7 +36,7 @@ class PlainSpace
         for (lbm::Strip<3> const& s : all_strips(spheres.size(), coverage))
             for (std::ptrdiff_t k = 0; k < s.count; ++k)
                 covered[static_cast<std::size_t>(s.row * n_[0] + s.begin + k)][static_cast<std::size_t>(s.body)] +=
-                    s.fraction[k];
+                    s.fraction(k);
         for (std::ptrdiff_t z = 0; z < n_[2]; ++z)
             for (std::ptrdiff_t y = 0; y < n_[1]; ++y)
                 for (std::ptrdiff_t x = 0; x < n_[0]; ++x) collide({x, y, z}, spheres, covered[at(0, {x, y, z})]);

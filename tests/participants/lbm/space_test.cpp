@@ -7,6 +7,7 @@
 #include <string>
 
 #include "participants/lbm/solver.hpp"
+#include "participants/lbm/sphere_volume.hpp"
 #include "tests/participants/lbm/distance.hpp"
 #include "tests/participants/lbm/kept_populations.hpp"
 #include "tests/participants/lbm/plain_space.hpp"
@@ -156,8 +157,8 @@ TEST_CASE("space: the fractions of a sphere are those of its cells, and add up t
         for (std::size_t k = begin; k < end; ++k) {
             auto const& s = coverage.strips()[k];
             for (std::ptrdiff_t x = 0; x < s.count; ++x) {
-                sum += s.fraction[x];
-                fraction[static_cast<std::size_t>(s.row * 32 + s.begin + x)] += s.fraction[x];
+                sum += s.fraction(x);
+                fraction[static_cast<std::size_t>(s.row * 32 + s.begin + x)] += s.fraction(x);
             }
         }
         if (radius >= 1.0) CHECK(sum == close_to(4.0 / 3.0 * pi * radius * radius * radius).epsilon(0.005));
@@ -184,6 +185,23 @@ TEST_CASE("space: the fractions of a sphere are those of its cells, and add up t
         INFO("radius " << radius << ", worst " << worst);
         CHECK(worst < (radius < 1 ? 0.03 : 0.016));  // the points of this sum alone: some 0.003
     }
+}
+
+TEST_CASE("space: a sphere's cells that are covered in part have room")
+{
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    for (double radius = 0.1; radius < 40; radius *= 1.3)
+        for (int k = 0; k < 4; ++k) {
+            std::array<double, 3> const centre{uniform(random), uniform(random), k == 0 ? 0.0 : uniform(random)};
+            lbm::SphereBox const box = lbm::sphere_box(centre, radius);
+            std::vector<lbm::RowCover> rows(static_cast<std::size_t>(box.size[1] * box.size[2]));
+            std::vector<double> fractions(static_cast<std::size_t>(box.size[0]) * rows.size() + lbm::RowCover::slack);
+            lbm::rasterise(centre, radius, box, fractions, rows);
+            std::size_t listed = 0;
+            for (lbm::RowCover const& row : rows) listed += static_cast<std::size_t>(row.left + row.right);
+            CHECK(listed <= lbm::most_listed_of_sphere(radius));
+        }
 }
 
 TEST_CASE("space: fluid at rest stays at rest, with spheres and body force a neutral one feels its buoyancy")

@@ -60,7 +60,7 @@ lbm::Patch<2> around_a_hole(std::ptrdiff_t side, double radius)
     std::vector<double> wall(static_cast<std::size_t>(side * side), 1.0);
     for (lbm::Strip<2> const& s : hole.strips().first(hole.of_body(0)[1]))
         for (std::ptrdiff_t k = 0; k < s.count; ++k)
-            wall[static_cast<std::size_t>(s.row * side + s.begin + k)] -= s.fraction[k];
+            wall[static_cast<std::size_t>(s.row * side + s.begin + k)] -= s.fraction(k);
     for (double& w : wall) w = w < 1e-12 ? 0 : w;
     return {.first = {0, 0, 0},
             .size = {side, side, 1},
