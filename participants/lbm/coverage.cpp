@@ -209,7 +209,7 @@ void Coverage<D>::cover(std::size_t i, Body<D> const& body)
 //! Writes the parts that are stored of a strip, whose first cell is `at` in the lattice along y and z and wraps around
 //! along x, to strips_[first...]; returns how many there are.
 template <int D>
-std::size_t Coverage<D>::add_strips(std::size_t first, Strip<D> const& strip, Extent at)
+std::size_t Coverage<D>::add_strips(std::size_t first, Strip<D> const& strip, Extent const& at)
 {
     std::ptrdiff_t const nx = layout_->cells()[0];
     if (!periodic_[0]) return add_within_lattice(first, strip, at);

@@ -84,7 +84,7 @@ class Coverage
     void add_patch(Patch<D> const& patch, std::vector<std::size_t>& offsets);
     bool is_near(Shape const& shape) const noexcept;
     void cover(std::size_t i, Body<D> const& body);
-    std::size_t add_strips(std::size_t first, Strip<D> const& strip, Extent at);
+    std::size_t add_strips(std::size_t first, Strip<D> const& strip, Extent const& at);
     std::size_t add_within_lattice(std::size_t first, Strip<D> const& strip, Extent const& at);
     void sort_by_row();
 

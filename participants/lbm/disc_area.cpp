@@ -22,9 +22,15 @@ inline double short_segment(double chord_square, double inverse_square, double r
     return radius_square * q2 * std::sqrt(q2) * series;
 }
 
+//! The larger one; loops over std::max of what is computed fetch its address.
+double larger(double a, double b) noexcept
+{
+    return a > b ? a : b;
+}
+
 double half_chord(double radius, double at) noexcept
 {
-    return std::sqrt(std::max(0.0, (radius - at) * (radius + at)));
+    return std::sqrt(larger((radius - at) * (radius + at), 0.0));
 }
 
 std::ptrdiff_t whole_chunks(std::ptrdiff_t count) noexcept
@@ -46,8 +52,8 @@ std::ptrdiff_t find_edges(double centre, std::ptrdiff_t first, std::ptrdiff_t co
 #pragma omp simd
     for (int k = 0; k < static_cast<int>(entries); ++k) {
         double const at = (from + k) - centre;
-        inner[k] = std::max(0.0, std::max(at, -(at + 1)));
-        outer[k] = std::max(-at, at + 1);
+        inner[k] = larger(larger(at, -(at + 1)), 0.0);
+        outer[k] = larger(-at, at + 1);
     }
     auto const middle = static_cast<std::ptrdiff_t>(std::floor(centre)) - first;
     double const before = centre - static_cast<double>(first + middle);

@@ -31,12 +31,16 @@ void Solver<D>::add_parts(std::size_t index, std::vector<SumPart<freedoms>>& par
     double const centre =
         index < bodies ? bodies_[index].centre[D - 1] : coverage_.patches()[index - bodies].centre[D - 1];
     std::size_t const first = parts.size();
+    bool const whole = coverage_.has_all_of(index);
     for (std::size_t k = begin; k < end; ++k) {
         auto const layer = static_cast<std::int64_t>(std::floor(coverage_.strips()[k].arm[D - 1] + centre));
-        if (parts.size() == first || parts.back().layer != layer) parts.push_back({index, layer, {}});
+        if (parts.size() == first || parts.back().layer != layer) {
+            if (whole) join(parts, first);
+            parts.push_back({index, layer, {}});
+        }
         for (std::size_t f = 0; f < freedoms; ++f) parts.back().sum[f] += strip_load_[k][f];
     }
-    if (coverage_.has_all_of(index)) join(parts, first);
+    if (whole) join(parts, first);
 }
 
 //! Momentum and angular momentum of the step [lattice units]: by bodies, by patches, and by patches through cells that
