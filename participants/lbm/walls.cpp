@@ -74,8 +74,23 @@ struct Entry
         auto const& all = Lattice<D>::c;
         return {static_cast<std::size_t>(std::find(all.begin(), all.end(), mirrored) - all.begin()), place};
     }
+    //! Whether they come through an edge of two sides through which nothing flows.
+    bool through_edge() const
+    {
+        int closed = 0;
+        for (std::size_t k = 0; k < D; ++k) {
+            if (!beyond[k]) continue;
+            Border const kind = side_across(k).kind;
+            closed += kind == Border::wall || kind == Border::slip;
+        }
+        return closed > 1;
+    }
     //! What a moving wall or the fastest inflow adds.
-    double push(Boundary const& side) const { return 6.0 * Lattice<D>::weight[q] * dot(c, side.velocity); }
+    double push(Boundary const& side) const
+    {
+        return side.kind == Border::pressure || through_edge() ? 0.0
+                                                               : 6.0 * Lattice<D>::weight[q] * dot(c, side.velocity);
+    }
 };
 
 //! Finds the links of one row after another.
@@ -162,7 +177,7 @@ class EntranceFinder
             Boundary const& side = entry.side_across(static_cast<std::size_t>(across));
             link.across = static_cast<std::uint8_t>(across);
             link.kind = side.kind;
-            link.push = side.kind == Border::pressure ? 0.0 : entry.push(side);
+            link.push = entry.push(side);
             if (side.kind == Border::inflow && around_.cover(cell)) link.kind = Border::wall, link.push = 0;
             return from_here(link, source);
         }

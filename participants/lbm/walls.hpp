@@ -102,9 +102,9 @@ Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings 
 //! the other sign and adds twice the even part of the equilibrium of that density and the cell's velocity, and (2 - s)
 //! times the even part that is not in equilibrium, the stress (Ginzburg, Verhaeghe and d'Humieres, Commun. Comput.
 //! Phys. 3 (2008) 427); a periodic side takes the one that left on the other side. Links through an edge belong to a
-//! wall at rest, else to the side across the last axis (top and bottom before the others). Touches slots of those rows
-//! alone, and may be repeated until note_turned(). A wall without friction takes the one that left in the mirrored
-//! direction.
+//! wall at rest, else to the side across the last axis (top and bottom before the others); a moving wall adds nothing
+//! to those through an edge with a wall or a side without friction. Touches slots of those rows alone, and may be
+//! repeated until note_turned(). A wall without friction takes the one that left in the mirrored direction.
 template <int D, class Stored>
 void enter_from_outside(Rows<D, Stored> const& populations, std::ptrdiff_t begin, std::ptrdiff_t end,
                         Walls const& walls);

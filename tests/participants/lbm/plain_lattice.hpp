@@ -58,18 +58,11 @@ class PlainLattice
     {
         std::ptrdiff_t tx = x + lbm::Lattice<2>::c[q][0], ty = y + lbm::Lattice<2>::c[q][1];
         double wall_x = 0, wall_y = 0;
-        bool bounced = false;
         bool const over_x = (tx < 0 || tx >= nx_) && !periodic_x_, over_y = (ty < 0 || ty >= ny_) && !periodic_y_;
         double const of_x = wall_[tx < 0 ? lbm::left : lbm::right], of_y = wall_[ty < 0 ? lbm::bottom<2> : lbm::top<2>];
-        bool const resting = over_x && over_y && (of_x == 0 || of_y == 0);  // that wall's
-        if (over_y && !resting) {
-            bounced = true;
-            wall_x = of_y;
-        } else if (over_x || over_y) {
-            bounced = true;
-            wall_y = resting ? 0 : of_x;
-        }
-        if (bounced) {
+        if (over_y && !over_x) wall_x = of_y;
+        if (over_x && !over_y) wall_y = of_x;
+        if (over_x || over_y) {
             auto const back = lbm::Lattice<2>::opposite[q];
             next_[at(back, x, y)] =
                 f + 6 * lbm::Lattice<2>::weight[back] *

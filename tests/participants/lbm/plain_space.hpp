@@ -244,13 +244,14 @@ class PlainSpace
     void send(std::size_t q, Cell const& from, double f)
     {
         Cell to;
-        std::array<double, 3> const* wall = nullptr;  // one at rest, else the last
+        std::array<double, 3> const* wall = nullptr;
+        static constexpr std::array<double, 3> at_rest{};  // what comes through an edge is
         for (std::size_t k = 3; k-- > 0;) {
             to[k] = from[k] + L::c[q][k];
             bool const beyond = to[k] < 0 || to[k] >= n_[k];
             if (!beyond || config_.periodic(k)) continue;
             auto const& velocity = config_.walls[2 * k + (to[k] < 0 ? 0 : 1)].velocity;
-            if (wall == nullptr || velocity == std::array<double, 3>{}) wall = &velocity;
+            wall = wall == nullptr ? &velocity : &at_rest;
         }
         if (wall != nullptr) {
             std::size_t const back = L::opposite[q];
