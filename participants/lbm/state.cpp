@@ -19,6 +19,8 @@ using sluice::Exit;
 using sluice::format;
 using sluice::require;
 
+constexpr double most_cells_away = 1e9;  //!< of a body: then its place is known to 1e-7 of a cell
+
 //! Numbers with commas between.
 std::string listed(std::span<double const> numbers)
 {
@@ -54,11 +56,14 @@ void Solver<D>::check_bodies(BodiesView const& bodies) const
         return std::ranges::all_of(values, [](double v) { return std::isfinite(v); });
     };
     for (std::size_t i = 0; i < n; ++i) {
-        bool const placed = finite(bodies.position.subspan(D * i, D)) && finite(bodies.velocity.subspan(D * i, D)) &&
-                            finite(bodies.angular_velocity.subspan(spins<D> * i, spins<D>));
+        bool placed = finite(bodies.velocity.subspan(D * i, D)) &&
+                      finite(bodies.angular_velocity.subspan(spins<D> * i, spins<D>));
+        for (std::size_t k = 0; k < D; ++k)  // false if it is not a number
+            placed =
+                placed && std::abs(bodies.position[D * i + k] - config_.origin[k]) < most_cells_away * config_.cell;
         require(placed && bodies.radius[i] > 0 && std::isfinite(bodies.radius[i]), [&] {
-            return Error(format("fluid: body %zu at t = %g s: position (%s) m, radius %g m (must be finite, radius > "
-                                "0).",
+            return Error(format("fluid: body %zu at t = %g s: position (%s) m, radius %g m (must be finite, within 1e9 "
+                                "cells of the domain, radius > 0).",
                                 bodies.id.empty() ? i : static_cast<std::size_t>(bodies.id[i]), time(),
                                 listed(bodies.position.subspan(D * i, D)).c_str(), bodies.radius[i]),
                          Exit::numerical);

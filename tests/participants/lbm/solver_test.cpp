@@ -225,8 +225,10 @@ TEST_CASE("solver: a run that blows up stops with cell, place and time")
 TEST_CASE("solver: discs that are not finite, or arrays that differ, are refused")
 {
     lbm::Solver<2> solver(small());
-    std::vector<double> const position = {0.02, std::nan("")}, rest = {0, 0}, spin = {0}, radius = {5e-3}, two = {1, 2};
+    std::vector<double> const position = {0.02, std::nan("")}, rest = {0, 0}, spin = {0}, radius = {5e-3}, two = {1, 2},
+                              lost = {0.02, -1e7};
     CHECK(contains(message([&] { solver.set_bodies({position, rest, spin, radius}); }), "6 fluid: body 0"));
+    CHECK(contains(message([&] { solver.set_bodies({lost, rest, spin, radius}); }), "within 1e9 cells"));
     CHECK(contains(message([&] { solver.set_bodies({rest, rest, two, radius}); }), "4 ") == false);
     CHECK(contains(message([&] { solver.set_bodies({rest, rest, two, radius}); }), "differ in length"));
     CHECK(contains(message([&] {
