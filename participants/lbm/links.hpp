@@ -137,6 +137,7 @@ class Links
     }
     template <class Each>
     void each_link(std::size_t i, Body<D> const& body, Each&& each) const;
+    std::uint32_t not_from(std::int32_t body, std::int32_t const* of_cell) const noexcept;
     double weight_of(std::size_t i, Body<D> const& body) const;
     template <class Stored>
     Link<Stored> find_link(Rows<D, Stored> const& rows, Body<D> const& body, Cell const& cell, std::size_t q,

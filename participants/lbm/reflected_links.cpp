@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "participants/lbm/lanes.hpp"
 #include "participants/lbm/links.hpp"
 
 namespace lbm {
@@ -257,6 +258,21 @@ void Links<D>::reflect_body(Rows<D, Stored> const& rows, std::size_t i, Body<D> 
     if (has_all_of(body)) join(parts_[i], 0);
 }
 
+//! A bit for each direction but rest.
+template <int D>
+constexpr std::uint32_t every_direction = (1U << Lattice<D>::directions) - 2;
+
+//! A bit for each direction by which a link into a cell comes from one that is not the body's: few are, and not the
+//! same from cell to cell, so that all are looked at before one is branched on.
+template <int D>
+std::uint32_t Links<D>::not_from(std::int32_t body, std::int32_t const* of_cell) const noexcept
+{
+    std::uint32_t directions = 0;
+    for (std::size_t q = 1; q < Lattice<D>::directions; ++q)
+        directions |= static_cast<std::uint32_t>(of_cell[-cells_.offset(q)] != body) << q;
+    return directions;
+}
+
 //! Calls `each(cell within the body, direction into it, the fluid cell it comes from or null, layer)` for the links
 //! from outside that are this process's. The layer is that of where they come from, of the cell if that is no place.
 template <int D>
@@ -273,8 +289,10 @@ void Links<D>::each_link(std::size_t i, Body<D> const& body, Each&& each) const
             for (double const a : cell.arm) square += a * a;
             if (square < deep * deep) return;
             std::int32_t const* const of_cell = cells_.owner_of(cell.at);
-            for (std::size_t q = 1; q < L::directions; ++q) {
-                if (inner && of_cell[-cells_.offset(q)] == self) continue;  // most are
+            std::uint32_t directions = every_direction<D>;
+            if (inner) directions = not_from(self, of_cell);
+            for (; directions != 0; directions &= directions - 1) {
+                auto const q = static_cast<std::size_t>(std::countr_zero(directions));
                 Extent from = cell.at;
                 bool const there = cells_.step(from, L::opposite[q]);
                 if (!cells_.is_here(there ? from : cell.at)) continue;
@@ -307,33 +325,41 @@ template <class Stored>
 void Links<D>::fill(Rows<D, Stored> const& rows, Body<D> const& body, Run const& run) const
 {
     using L = Lattice<D>;
-    constexpr std::ptrdiff_t at_once = 64;
     Extent const place = cells_.place_of(run.first.at);
     std::array<double, D> const first = body.velocity_at(run.first.arm);
     auto next = run.first.arm;
     next[0] += 1;
     std::array<double, D> slope = body.velocity_at(next);
     for (std::size_t k = 0; k < D; ++k) slope[k] -= first[k];
-    for (std::ptrdiff_t begin = 0; begin < run.count; begin += at_once) {
-        std::ptrdiff_t const count = std::min(at_once, run.count - begin);
-        double u[D][at_once], square[at_once];
-        for (std::ptrdiff_t x = 0; x < count; ++x) {
-            square[x] = 0;
-            for (std::size_t k = 0; k < D; ++k) {
-                u[k][x] = first[k] + static_cast<double>(begin + x) * slope[k];
-                square[x] += u[k][x] * u[k][x];
-            }
+    Slots<D, Stored> to;
+    for (std::size_t q = 0; q < L::directions; ++q) to[q] = &value(rows, q, place);
+    using V = Lanes<double>;
+    constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
+    auto const fill_cells = [&](std::ptrdiff_t begin, Slots<D, Stored> const& slots) {  // as many as V has room for
+        V const cell = counted_from<V>(static_cast<double>(begin));
+        std::array<V, D> u;
+        V square{};
+        for (std::size_t k = 0; k < D; ++k) {
+            u[k] = first[k] + cell * slope[k];
+            square = square + u[k] * u[k];
         }
         for (std::size_t q = 0; q < L::directions; ++q) {
-            double const w = L::weight[q], half = dot(L::c[q], half_force_);
-            Stored* const to = &value(rows, q, place) + begin;
-            for (std::ptrdiff_t x = 0; x < count; ++x) {
-                double along = 0;
-                for (std::size_t k = 0; k < D; ++k) along += L::c[q][k] * u[k][x];
-                to[x] = static_cast<Stored>(w * (3 * (along - half) + 4.5 * along * along - 1.5 * square[x]));
-            }
+            V along{};
+            for (std::size_t k = 0; k < D; ++k) along = along + directions<D>[q][k] * u[k];
+            V const odd = 3.0 * (along - dot(L::c[q], half_force_));
+            store(slots[q] + begin, L::weight[q] * (odd + 4.5 * along * along - 1.5 * square));
         }
+    };
+    if (run.count >= lanes) {  // the last ones again with some of those before
+        for (std::ptrdiff_t x = 0; x + lanes <= run.count; x += lanes) fill_cells(x, to);
+        if (run.count % lanes != 0) fill_cells(run.count - lanes, to);
+        return;
     }
+    Stored cells[L::directions][lanes];
+    Slots<D, Stored> at;
+    for (std::size_t q = 0; q < L::directions; ++q) at[q] = cells[q];
+    fill_cells(0, at);
+    for (std::size_t q = 0; q < L::directions; ++q) std::copy_n(cells[q], run.count, to[q]);
 }
 
 #define LBM_REFLECTED_LINKS(D) \
