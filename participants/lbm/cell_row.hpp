@@ -20,7 +20,7 @@ struct Features
     bool grains = false;
     bool split = false;    //!< in space: the second moments have rates of their own, as with les
     bool frame = false;    //!< force grows along the row, and turns with the velocity
-    bool central = false;  //!< collides in central moments (collide_central.hpp); not with grains
+    bool central = false;  //!< collides in central moments (collide_central.hpp)
     bool operator==(Features const&) const = default;
 };
 

@@ -32,6 +32,18 @@ template <Features F, class V>
     }
 }
 
+//! What the solids of a cell push it with, -2 B (j - rho u_s); it is told what bodies need of it.
+template <class V>
+[[gnu::always_inline]] inline std::array<V, 2> find_push(SolidCell<2, V>& s, V const& rho, V const& jx,
+                                                         V const& jy) noexcept
+{
+    V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
+    V const rate = weight2 * rho;
+    s.force_rate = rate;
+    s.force = {weight2 * jx, weight2 * jy};
+    return {madd(rate, s.momentum[0], -solid2 * jx), madd(rate, s.momentum[1], -solid2 * jy)};
+}
+
 //! The large-eddy model: nu_t = (C_s dx)^2 |S_ij|, S_ij from the non-equilibrium stress of the cell itself, in closed
 //! form:
 //!     tau_eff = (tau + sqrt(tau^2 + A/rho^2))/2,  A = 18 C_s^2 rho |(p_xx, 2 p_xy)|
@@ -48,12 +60,13 @@ template <Features F, class V>
     V force_x, force_y;
     if constexpr (F.force) take_half_force<F>(r, place, jx, jy, force_x, force_y);
     if constexpr (F.grains) {
-        V const covered = s.weight * s.fraction, rate = s.weight * rho;
+        V const covered = s.weight * s.fraction, rate = s.weight * rho, before_x = jx, before_y = jy;
         jx = madd(rate, s.momentum[0], madd(-covered, jx, jx));
         jy = madd(rate, s.momentum[1], madd(-covered, jy, jy));
+        if constexpr (F.central) force_x = force_x + 2.0 * (jx - before_x), force_y = force_y + 2.0 * (jy - before_y);
     }
     V normal = madd(rho, even1 - even2, madd(jy, jy, -jx * jx)), shear = madd(rho, even5 - even6, -jx * jy);
-    if constexpr (F.force) {
+    if constexpr (F.force || (F.grains && F.central)) {
         normal = normal + (jx * force_x - jy * force_y);
         shear = shear + 0.5 * (jx * force_y + jy * force_x);
     }
@@ -98,11 +111,7 @@ template <Features F, class V>
     }
     V total_x = force_x, total_y = force_y;  // on the fluid, the solids' included
     if constexpr (F.grains) {
-        V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
-        V const rate = weight2 * rho;
-        V const push_x = madd(rate, s.momentum[0], -solid2 * jx), push_y = madd(rate, s.momentum[1], -solid2 * jy);
-        s.force_rate = rate;
-        s.force = {weight2 * jx, weight2 * jy};
+        auto const [push_x, push_y] = find_push(s, rho, jx, jy);
         jx = jx + 0.5 * push_x;
         jy = jy + 0.5 * push_y;
         qx = qx - 0.5 * push_x;
@@ -180,30 +189,53 @@ template <Features F, class V>
     f8 = f8 + (along6 - corner6);
 }
 
-//! One cell of D2Q9, or several at once. `eddy`: of the large-eddy model, whose changes are of quarters of the stress.
+//! One cell of D2Q9, or several at once, in central moments. `eddy`: of the large-eddy model, whose changes are of
+//! quarters of the stress. As long as collide_cell, for the same reason.
 template <Features F, class V>
-[[gnu::always_inline]] inline void collide_central(std::array<V, 9>& f, Relaxation const& r, V const& place,
-                                                   Eddy<V> const& eddy) noexcept
+[[gnu::always_inline]] inline void collide_central(std::array<V, 9>& f, Relaxation const& r, SolidCell<2, V>& s,
+                                                   V const& place, Eddy<V> const& eddy) noexcept
 {
+    constexpr bool force = F.force || F.grains;
+    using High = HighMoments<force, V>;
     V const even1 = f[1] + f[3], even2 = f[2] + f[4], even5 = f[5] + f[7], even6 = f[6] + f[8];
     V const odd5 = f[5] - f[7], odd6 = f[6] - f[8], diagonals = even5 + even6;
     V const excess = f[0] + (even1 + even2) + diagonals, rho = 1.0 + excess;
     V jx = f[1] - f[3] + (odd5 - odd6), jy = f[2] - f[4] + (odd5 + odd6);
     V Fx{}, Fy{};
     if constexpr (F.force) take_half_force<F>(r, place, jx, jy, Fx, Fy);
+    if constexpr (F.grains) {
+        auto const [push_x, push_y] = find_push(s, rho, jx, jy);
+        jx = jx + 0.5 * push_x, jy = jy + 0.5 * push_y;
+        Fx = Fx + push_x, Fy = Fy + push_y;
+    }
     V const inverse_rho = F.les ? eddy.inverse_density : 1.0 / rho;
     V const ux = jx * inverse_rho, uy = jy * inverse_rho;
     V xx = jx * ux, yy = jy * uy, xy = jx * uy;  // of what moves with u
-    if constexpr (F.force) xx = xx + ux * Fx, yy = yy + uy * Fy, xy = xy + 0.5 * (ux * Fy + uy * Fx);
+    if constexpr (force) xx = xx + ux * Fx, yy = yy + uy * Fy, xy = xy + 0.5 * (ux * Fy + uy * Fx);
     V normal = even1 - even2 - (jx * ux - jy * uy), shear = even5 - even6 - jx * uy;  // the stress
-    if constexpr (F.force) normal = normal + (ux * Fx - uy * Fy), shear = shear + 0.5 * (ux * Fy + uy * Fx);
-    if constexpr (F.les)
-        normal = madd(4.0, eddy.normal_change, normal), shear = madd(4.0, eddy.shear_change, shear);
-    else
-        normal = (1.0 - r.shear) * normal, shear = (1.0 - r.shear) * shear;
-    V const third = rho * (1.0 / 3), half = 0.5 * normal;
-    HighMoments<F.force, V> const high(rho, excess, ux, uy, third + half, third - half, shear, Fx, Fy);
+    if constexpr (force) normal = normal + (ux * Fx - uy * Fy), shear = shear + 0.5 * (ux * Fy + uy * Fx);
     V const pressure = excess * (1.0 / 3);
+    V third = rho * (1.0 / 3), left, trace;  // half of it, beyond a Maxwellian's
+    std::array<V, 3> beyond;
+    if constexpr (F.grains) {
+        trace = madd(0.5, even1 + even2, diagonals) - pressure + 0.5 * (ux * (Fx - jx) + uy * (Fy - jy));
+        High const maxwellian(rho, excess, ux, uy, third + trace + 0.5 * normal, third + trace - 0.5 * normal, shear,
+                              -Fx, -Fy);
+        beyond = maxwellian.to(odd5 + odd6, odd5 - odd6, diagonals);
+        left = left_by_solids(s.open);
+        trace = left * trace;
+        third = third + trace, xx = xx + trace, yy = yy + trace;
+    }
+    if constexpr (F.les) {
+        V const change = F.grains ? 4.0 / r.shear * stiffened(r.shear, s.open) : V(4.0);
+        normal = madd(change, eddy.normal_change, normal), shear = madd(change, eddy.shear_change, shear);
+    } else {
+        V const stress_left = F.grains ? 1.0 - stiffened(r.shear, s.open) : V(1.0 - r.shear);
+        normal = stress_left * normal, shear = stress_left * shear;
+    }
+    V const half = 0.5 * normal;
+    High high(rho, excess, ux, uy, third + half, third - half, shear, Fx, Fy);
+    if constexpr (F.grains) high.add_left(beyond, ux, uy, left);
     xx = xx + (pressure + half), yy = yy + (pressure - half), xy = xy + shear;
     V const along_x = jx + 0.5 * Fx - high.abb, along_y = jy + 0.5 * Fy - high.aab;
     Corners<V> const corners(high, xy);
@@ -259,7 +291,7 @@ void collide_whole(Slots<2, Stored> const& slots, SolidRow<Stored> const& row, C
         Eddy<V> eddy;
         if constexpr (F.les) eddy = find_eddy_stress<F>(cell.f, r, cell.solid, cell.place);
         if constexpr (F.central)
-            collide_central<F, V>(cell.f, r, cell.place, eddy);
+            collide_central<F, V>(cell.f, r, cell.solid, cell.place, eddy);
         else
             collide_cell<F, V>(cell.f, r, cell.solid, cell.place, eddy);
         cell.put_back(f, s, at);

@@ -101,6 +101,22 @@ struct SpaceChange
     V along_x, along_y, along_z, shear_xy, shear_xz, shear_yz, bulk;
 };
 
+//! What the solids of a cell push it with, -2 B (j - rho u_s), B eased by inertia; it is told what bodies need of it.
+template <class V>
+[[gnu::always_inline]] inline std::array<V, 3> find_push(SolidCell<3, V>& s, V const& rho, V const& inverse_rho,
+                                                         V const& jx, V const& jy, V const& jz) noexcept
+{
+    V const slip_x = madd(jx * inverse_rho, s.fraction, -1.0 * s.momentum[0]),  // times eps
+        slip_y = madd(jy * inverse_rho, s.fraction, -1.0 * s.momentum[1]),
+            slip_z = madd(jz * inverse_rho, s.fraction, -1.0 * s.momentum[2]);
+    s.weight = eased(s.weight, s.fraction, s.ease * root(madd(slip_x, slip_x, madd(slip_y, slip_y, slip_z * slip_z))));
+    V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
+    s.force_rate = weight2 * rho;
+    s.force = {weight2 * jx, weight2 * jy, weight2 * jz};
+    return {madd(s.force_rate, s.momentum[0], -solid2 * jx), madd(s.force_rate, s.momentum[1], -solid2 * jy),
+            madd(s.force_rate, s.momentum[2], -solid2 * jz)};
+}
+
 //! The collision of one cell of D3Q19, or of several at once; its first half, up to what changes.
 //!
 //! By pairs of opposite directions, even part (f_q + f_-q)/2 and odd part (f_q - f_-q)/2 apart: with one rate for each
@@ -142,17 +158,7 @@ template <Features F, class V, class Cell>
     if constexpr (F.force) take_half_force<F>(r, place, jx, jy, jz, Fx, Fy, Fz);
     Gx = Fx, Gy = Fy, Gz = Fz;  // force on the fluid, the solids' included
     if constexpr (F.grains) {
-        V const slip_x = madd(jx * inverse_rho, s.fraction, -1.0 * s.momentum[0]),  // times eps
-            slip_y = madd(jy * inverse_rho, s.fraction, -1.0 * s.momentum[1]),
-                slip_z = madd(jz * inverse_rho, s.fraction, -1.0 * s.momentum[2]);
-        s.weight =
-            eased(s.weight, s.fraction, s.ease * root(madd(slip_x, slip_x, madd(slip_y, slip_y, slip_z * slip_z))));
-        V const weight2 = 2.0 * s.weight, solid2 = weight2 * s.fraction;  // 2 B/eps, 2 B
-        s.force_rate = weight2 * rho;
-        s.force = {weight2 * jx, weight2 * jy, weight2 * jz};
-        V const push_x = madd(s.force_rate, s.momentum[0], -solid2 * jx),
-                push_y = madd(s.force_rate, s.momentum[1], -solid2 * jy),
-                push_z = madd(s.force_rate, s.momentum[2], -solid2 * jz);
+        auto const [push_x, push_y, push_z] = find_push(s, rho, inverse_rho, jx, jy, jz);
         jx = jx + 0.5 * push_x, jy = jy + 0.5 * push_y, jz = jz + 0.5 * push_z;
         Gx = Gx + push_x, Gy = Gy + push_y, Gz = Gz + push_z;
     }
@@ -246,10 +252,13 @@ template <Features F, class V, class Cell>
     along_diagonal(17, bulk - along_x - shear_yz, jy - jz, Fy - Fz, Gy - Gz);
 }
 
-//! One cell of D3Q19, or several at once, in central moments (collide_central.hpp).
+//! One cell of D3Q19, or several at once, in central moments (collide_central.hpp). As long as the other collision, for
+//! the same reason.
 template <Features F, class V, class Cell>
-[[gnu::always_inline]] inline void collide_central(Cell const& f, Relaxation const& r, V const& place) noexcept
+[[gnu::always_inline]] inline void collide_central(Cell const& f, Relaxation const& r, SolidCell<3, V>& s,
+                                                   V const& place) noexcept
 {
+    constexpr bool force = F.force || F.grains;
     Sums<true, V> const sums(f);
     V const excess = sums.excess;
     V xx = sums.xx, yy = sums.yy, zz = sums.zz, xy = sums.xy, xz = sums.xz, yz = sums.yz;
@@ -257,26 +266,69 @@ template <Features F, class V, class Cell>
     V const rho = 1.0 + excess, inverse_rho = 1.0 / rho, pressure = excess * (1.0 / 3), third = rho * (1.0 / 3);
     V Fx{}, Fy{}, Fz{};
     if constexpr (F.force) take_half_force<F>(r, place, jx, jy, jz, Fx, Fy, Fz);
+    if constexpr (F.grains) {
+        auto const [push_x, push_y, push_z] = find_push(s, rho, inverse_rho, jx, jy, jz);
+        jx = jx + 0.5 * push_x, jy = jy + 0.5 * push_y, jz = jz + 0.5 * push_z;
+        Fx = Fx + push_x, Fy = Fy + push_y, Fz = Fz + push_z;
+    }
     V const ux = jx * inverse_rho, uy = jy * inverse_rho, uz = jz * inverse_rho;
     // raw second moments of a cell that moves with u, before the collision (with half of the force less) and after it
     V rx = madd(jx, ux, pressure), ry = madd(jy, uy, pressure), rz = madd(jz, uz, pressure);
     V rxy = jx * uy, rxz = jx * uz, ryz = jy * uz;
     xx = xx - rx, yy = yy - ry, zz = zz - rz, xy = xy - rxy, xz = xz - rxz, yz = yz - ryz;
-    if constexpr (F.force) {
+    if constexpr (force) {
         V const wx = ux * Fx, wy = uy * Fy, wz = uz * Fz;
         V const wxy = 0.5 * (ux * Fy + uy * Fx), wxz = 0.5 * (ux * Fz + uz * Fx), wyz = 0.5 * (uy * Fz + uz * Fy);
         xx = xx + wx, yy = yy + wy, zz = zz + wz, xy = xy + wxy, xz = xz + wxz, yz = yz + wyz;
         rx = rx + wx, ry = ry + wy, rz = rz + wz, rxy = rxy + wxy, rxz = rxz + wxz, ryz = ryz + wyz;
     }
-    V const mean = (xx + yy + zz) * (1.0 / 3);
+    using High = HighMoments<force, V>;
+    struct Planes
+    {
+        High xy, xz, yz;
+    };
+    auto const planes = [&](V const& px, V const& py, V const& pz) __attribute__((always_inline))
+    {
+        V const kx = third + xx, ky = third + yy, kz = third + zz;
+        return Planes{{rho, excess, ux, uy, kx, ky, xy, px, py},
+                      {rho, excess, ux, uz, kx, kz, xz, px, pz},
+                      {rho, excess, uy, uz, ky, kz, yz, py, pz}};
+    };
+    struct Beyond
+    {
+        std::array<V, 3> xy, xz, yz;
+    } beyond;
+    if constexpr (F.grains) {
+        auto const apart = [&](std::size_t q, High const& maxwellian) __attribute__((always_inline))
+        {
+            EvenOdd<V> const plus(f, q), minus(f, q + 2);
+            return maxwellian.to(plus.odd - minus.odd, plus.odd + minus.odd, plus.even + minus.even);
+        };
+        auto const maxwellian = planes(-Fx, -Fy, -Fz);
+        beyond = {apart(7, maxwellian.xy), apart(11, maxwellian.xz), apart(15, maxwellian.yz)};
+    }
+    V mean = (xx + yy + zz) * (1.0 / 3);
     xx = xx - mean, yy = yy - mean, zz = zz - mean;
-    V left = V(1.0 - r.shear);  // of the stress
-    if constexpr (F.les) left = 1.0 - eddy_rate(r, inverse_rho, xx, yy, zz, xy, xz, yz);
-    xx = left * xx, yy = left * yy, zz = left * zz, xy = left * xy, xz = left * xz, yz = left * yz;
-    using High = HighMoments<F.force, V>;
-    V const kx = third + xx, ky = third + yy, kz = third + zz;
-    High const in_xy(rho, excess, ux, uy, kx, ky, xy, Fx, Fy), in_xz(rho, excess, ux, uz, kx, kz, xz, Fx, Fz),
-        in_yz(rho, excess, uy, uz, ky, kz, yz, Fy, Fz);
+    V stress_left = V(1.0 - r.shear);
+    if constexpr (F.grains) stress_left = 1.0 - stiffened(r.shear, s.open);
+    if constexpr (F.les) {
+        V const eddies = 1.0 - eddy_rate(r, inverse_rho, xx, yy, zz, xy, xz, yz);
+        stress_left = F.grains ? where_above(s.fraction, eddy_free, stress_left, eddies) : eddies;
+    }
+    xx = stress_left * xx, yy = stress_left * yy, zz = stress_left * zz;
+    xy = stress_left * xy, xz = stress_left * xz, yz = stress_left * yz;
+    V left;
+    if constexpr (F.grains) {
+        left = left_by_solids(s.open);
+        mean = left * mean;
+        xx = xx + mean, yy = yy + mean, zz = zz + mean;
+    }
+    auto [in_xy, in_xz, in_yz] = planes(Fx, Fy, Fz);
+    if constexpr (F.grains) {
+        in_xy.add_left(beyond.xy, ux, uy, left);
+        in_xz.add_left(beyond.xz, ux, uz, left);
+        in_yz.add_left(beyond.yz, uy, uz, left);
+    }
     xx = xx + rx, yy = yy + ry, zz = zz + rz;
     f.put(0, excess - (xx + yy + zz) + (in_xy.aabb + in_xz.aabb + in_yz.aabb));
     auto const put_axis = [&](std::size_t q, V const& even, V const& odd) __attribute__((always_inline))
@@ -325,9 +377,12 @@ void collide_whole(Slots<3, Stored> const& slots, SolidRow<Stored> const& row, C
     };
     if constexpr (F.central) {
         cells.each_register<lanes>([&](std::ptrdiff_t at) __attribute__((always_inline)) {
+            SolidCell<3, V> s;
             V place;
+            if constexpr (F.grains) s = SolidCell<3, V>(solids, at);
             if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + at));
-            collide_central<F, V>(CellInRow<V, Stored>{f, at}, r, place);
+            collide_central<F, V>(CellInRow<V, Stored>{f, at}, r, s, place);
+            if constexpr (F.grains) s.tell(solids, at);
         });
     } else if constexpr (F.les || F.split || F.grains) {  // so much is found that it would not stay in registers
         cells.each_register<lanes>([&](std::ptrdiff_t at)

@@ -30,7 +30,7 @@ inline Features features_of(Config const& c)
     bool const les = c.smagorinsky > 0;
     return {.les = les,
             .force = c.acceleration != std::array<double, 3>{} || c.oscillation || c.rotation,
-            .split = c.dimension == 3 && (c.collision == Operator::mrt || c.collision == Operator::central) && !les,
+            .split = c.dimension == 3 && c.collision == Operator::mrt && !les,
             .frame = c.rotation.has_value(),
             .central = c.collision == Operator::central};
 }

@@ -7,7 +7,8 @@ namespace {
 template <class Stored, bool Les, bool Central, bool Force, bool Frame>
 constexpr Kernels<2> kernels = {
     collide<Features{.les = Les, .force = Force, .frame = Frame, .central = Central}, Lanes<Stored>, Stored>,
-    collide<Features{.les = Les, .force = Force, .grains = true, .frame = Frame}, Lanes<Stored>, Stored>};
+    collide<Features{.les = Les, .force = Force, .grains = true, .frame = Frame, .central = Central}, Lanes<Stored>,
+            Stored>};
 
 template <class Stored, bool Les, bool Central>
 Kernels<2> chosen(Features const& f)

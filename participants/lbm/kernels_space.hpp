@@ -9,8 +9,8 @@ template <class Stored, bool Les, bool Split, bool Central, bool Force, bool Fra
 constexpr Kernels<3> kernels = {
     collide<Features{.les = Les, .force = Force, .split = Split, .frame = Frame, .central = Central}, Lanes<Stored>,
             Stored>,
-    collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame}, Lanes<Stored>,
-            Stored>};
+    collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame, .central = Central},
+            Lanes<Stored>, Stored>};
 
 template <class Stored, bool Les, bool Split, bool Central>
 Kernels<3> chosen(Features const& f)
@@ -24,7 +24,7 @@ Kernels<3> chosen(Features const& f)
 template <class Stored>
 Kernels<3> space_kernels(Features const& f)
 {
-    if (f.central) return f.les ? chosen<Stored, true, false, true>(f) : chosen<Stored, false, true, true>(f);
+    if (f.central) return f.les ? chosen<Stored, true, false, true>(f) : chosen<Stored, false, false, true>(f);
     if (f.les) return chosen<Stored, true, false, false>(f);
     return f.split ? chosen<Stored, false, true, false>(f) : chosen<Stored, false, false, false>(f);
 }

@@ -60,8 +60,6 @@ inline Relaxation relaxation(Config const& c) noexcept
         r.flux = odd;
     } else if (c.collision == Operator::bgk) {
         r.energy = r.square = r.flux = shear;
-    } else if (c.collision == Operator::central) {
-        r.energy = r.square = r.flux = 1;  // in cells with solids
     }
     return r;
 }

@@ -108,4 +108,8 @@ TEST_CASE("solver: equals the plain lattice in every feature set, with and witho
     check({"trt discs force, x walls", trt, 0, 1e-5, false, true, true});
     check({"mrt les discs, box", mrt, 0.15, 0, false, false, true});
     check({"mrt les discs force, channel", mrt, 0.15, 1e-5, true, false, true});
+    check({"central force, channel", central, 0, 1e-5, true, false, false});
+    check({"central discs, periodic", central, 0, 0, true, true, true});
+    check({"central discs force, x walls", central, 0, 1e-5, false, true, true});
+    check({"central les discs force, box", central, 0.15, 1e-5, false, false, true});
 }

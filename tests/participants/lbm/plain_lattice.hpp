@@ -8,6 +8,7 @@
 #include "participants/lbm/relaxation.hpp"
 #include "participants/lbm/walls.hpp"
 #include "tests/participants/lbm/exact_area.hpp"
+#include "tests/participants/lbm/plain_central.hpp"
 
 //! The oracle: the solver's equations as they stand in its README, one cell at a time, two grids, moments by matrix.
 //! Slow and plain on purpose; shares with the solver the constants, the rates and nothing else.
@@ -17,6 +18,7 @@ class PlainLattice
     PlainLattice(lbm::Config const& config)
         : rates_(lbm::relaxation(config)),
           les_(config.smagorinsky > 0),
+          central_(config.collision == lbm::Operator::central),
           nx_(config.cells()[0]),
           ny_(config.cells()[1]),
           now_(lbm::Lattice<2>::directions * static_cast<std::size_t>(nx_ * ny_)),
@@ -127,6 +129,18 @@ class PlainLattice
         }
         double const ux = (jx + push_x / 2) / rho, uy = (jy + push_y / 2) / rho;
         double const gx = fx + push_x, gy = fy + push_y;
+        lag = covered > 0 ? lag / covered : 0;
+        double const open = core ? 1 : (std::max(1 - covered, 0.05) + lag) / (1 + lag);
+        auto const even = [&](double rate) { return 1 / (0.5 + (1 / rate - 0.5) / open); };
+        auto const shear_rate = [&](double stress) {  // |(p_xx, 2 p_xy)|
+            if (!les_ || covered > 1e-6) return even(rates_.shear);
+            return even(2 / (rates_.tau + std::sqrt(rates_.tau * rates_.tau + rates_.smagorinsky_term * stress / rho)));
+        };
+        if (central_) {
+            f = in_central_moments_.collided(f, {rho, {ux, uy}, {gx, gy}, open},
+                                             [&](double deviator) { return shear_rate(std::sqrt(2.0) * deviator); });
+            return;
+        }
         Moments const source = {0,   6 * (ux * fx + uy * fy), -6 * (ux * fx + uy * fy), gx, -gx, gy,
                                 -gy, 2 * (ux * fx - uy * fy), ux * fy + uy * fx};
         double const u2 = ux * ux + uy * uy;
@@ -134,15 +148,9 @@ class PlainLattice
                             -rho * uy, rho * (ux * ux - uy * uy), rho * ux * uy};
         Moments d;
         for (std::size_t k = 0; k < 9; ++k) d[k] = m[k] + source[k] / 2 - eq[k];
-        double shear = rates_.shear;
-        if (les_ && covered <= 1e-6)
-            shear = 2 / (rates_.tau + std::sqrt(rates_.tau * rates_.tau +
-                                                rates_.smagorinsky_term * std::hypot(d[7], 2 * d[8]) / rho));
-        lag = covered > 0 ? lag / covered : 0;
-        double const open = core ? 1 : (std::max(1 - covered, 0.05) + lag) / (1 + lag);
-        auto const even = [&](double rate) { return 1 / (0.5 + (1 / rate - 0.5) / open); };
+        double const shear = shear_rate(std::hypot(d[7], 2 * d[8]));
         double const flux = 1 / (0.5 + (1 / rates_.flux - 0.5) * open);
-        Moments const s = {0, even(rates_.energy), even(rates_.square), 0, flux, 0, flux, even(shear), even(shear)};
+        Moments const s = {0, even(rates_.energy), even(rates_.square), 0, flux, 0, flux, shear, shear};
         Moments change;
         for (std::size_t k = 0; k < 9; ++k) change[k] = source[k] - s[k] * d[k];
         Moments const norm = {9, 36, 36, 6, 12, 6, 12, 4, 4};
@@ -163,7 +171,8 @@ class PlainLattice
     }
 
     lbm::Relaxation rates_;
-    bool les_, periodic_x_ = false, periodic_y_ = false;
+    PlainCentral<2> in_central_moments_;
+    bool les_, central_, periodic_x_ = false, periodic_y_ = false;
     std::ptrdiff_t nx_, ny_;
     std::array<double, 4> wall_{};
     std::vector<double> now_, next_;

@@ -9,6 +9,7 @@
 
 #include "participants/lbm/coverage.hpp"
 #include "participants/lbm/relaxation.hpp"
+#include "tests/participants/lbm/plain_central.hpp"
 
 //! The oracle in space: the equations as they stand in the solver's README, one cell at a time, two grids, relaxation
 //! in moments that Gram and Schmidt make of powers of the velocity, orthogonal with the weights. Slow and plain on
@@ -135,6 +136,14 @@ class PlainSpace
             loads_[i][5] += r[0] * load[1] - r[1] * load[0];
         }
         for (std::size_t k = 0; k < 3; ++k) u[k] = (j[k] + push[k] / 2) / rho;
+        if (config_.collision == lbm::Operator::central) {
+            std::array<double, 3> const all = {force[0] + push[0], force[1] + push[1], force[2] + push[2]};
+            f = in_central_moments_.collided(f, {rho, u, all, open}, [&](double deviator) {
+                return stiffened(1 / eddy_tau(fraction, deviator, rho), open);
+            });
+            for (std::size_t q = 0; q < f.size(); ++q) send(q, cell, f[q]);
+            return;
+        }
         Values source, apart;
         double const uF = u[0] * force[0] + u[1] * force[1] + u[2] * force[2];
         for (std::size_t q = 0; q < f.size(); ++q) {
@@ -144,6 +153,16 @@ class PlainSpace
         }
         Values const relaxed = relax(apart, rho, fraction, open);
         for (std::size_t q = 0; q < f.size(); ++q) send(q, cell, f[q] + source[q] + relaxed[q]);
+    }
+
+    static double stiffened(double rate, double open) { return 1 / (0.5 + (1 / rate - 0.5) / open); }
+
+    //! With the large-eddy model, of the stress without its trace.
+    double eddy_tau(double fraction, double stress, double rho) const
+    {
+        double const tau = rates_.tau;
+        if (fraction > 1e-6) return tau;
+        return 0.5 * (tau + std::sqrt(tau * tau + rates_.smagorinsky_term * std::sqrt(2.0) * stress / rho));
     }
 
     //! Change by relaxation, moment by moment.
@@ -159,14 +178,8 @@ class PlainSpace
                     p += (L::c[q][a] * L::c[q][b] - (a == b ? dot(L::c[q], L::c[q]) / 3 : 0)) * apart[q];
                 stress += p * p;
             }
-        double tau = rates_.tau;
-        if (fraction <= 1e-6)
-            tau = 0.5 * (tau + std::sqrt(tau * tau + rates_.smagorinsky_term * std::sqrt(2 * stress) / rho));
-        rate[shear - 1] = 1 / tau;
-        for (double& r : rate) {
-            bool const odd = &r == &rate[flux - 1];
-            r = 1 / (0.5 + (1 / r - 0.5) * (odd ? open : 1 / open));
-        }
+        rate[shear - 1] = 1 / eddy_tau(fraction, std::sqrt(stress), rho);
+        for (double& r : rate) r = stiffened(r, &r == &rate[flux - 1] ? 1 / open : open);
         Values change{};
         for (auto const& [kind, moment, square_of_moment] : moments_) {
             if (kind == 0) continue;
@@ -267,6 +280,7 @@ class PlainSpace
     lbm::Relaxation rates_;
     Cell n_;
     std::vector<Moment> moments_;
+    PlainCentral<3> in_central_moments_;
     std::vector<double> now_, next_;
     std::vector<std::array<double, 6>> loads_;
 };
