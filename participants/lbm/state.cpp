@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -55,6 +56,13 @@ void Solver<D>::check_bodies(BodiesView const& bodies) const
     auto const finite = [](std::span<double const> values) {
         return std::ranges::all_of(values, [](double v) { return std::isfinite(v); });
     };
+    auto const name = [&](std::size_t i) {
+        return format("fluid: body %zu at t = %g s: ", bodies.id.empty() ? i : static_cast<std::size_t>(bodies.id[i]),
+                      time());
+    };
+    double repeats = std::numeric_limits<double>::infinity();  // after so many metres, where cells have one body each
+    for (std::size_t k = 0; k < D && links_; ++k)
+        if (config_.periodic(k)) repeats = std::min(repeats, config_.size[k]);
     for (std::size_t i = 0; i < n; ++i) {
         bool placed = finite(bodies.velocity.subspan(D * i, D)) &&
                       finite(bodies.angular_velocity.subspan(spins<D> * i, spins<D>));
@@ -62,11 +70,18 @@ void Solver<D>::check_bodies(BodiesView const& bodies) const
             placed =
                 placed && std::abs(bodies.position[D * i + k] - config_.origin[k]) < most_cells_away * config_.cell;
         require(placed && bodies.radius[i] > 0 && std::isfinite(bodies.radius[i]), [&] {
-            return Error(format("fluid: body %zu at t = %g s: position (%s) m, radius %g m (must be finite, within 1e9 "
-                                "cells of the domain, radius > 0).",
-                                bodies.id.empty() ? i : static_cast<std::size_t>(bodies.id[i]), time(),
-                                listed(bodies.position.subspan(D * i, D)).c_str(), bodies.radius[i]),
-                         Exit::numerical);
+            return Error(
+                name(i) + format("position (%s) m, radius %g m (must be finite, within 1e9 cells of the domain, "
+                                 "radius > 0).",
+                                 listed(bodies.position.subspan(D * i, D)).c_str(), bodies.radius[i]),
+                Exit::numerical);
+        });
+        double const across = 2 * config_.hydrodynamic_radius * bodies.radius[i];
+        require(across < repeats, [&] {
+            return Error(name(i) + format("%g m across in a domain that repeats after %g m (needed with grains: "
+                                          "interpolated: less, or it would touch its own image). Take a longer domain, "
+                                          "or grains: covered.",
+                                          across, repeats));
         });
     }
 }

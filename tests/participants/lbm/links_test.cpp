@@ -5,9 +5,11 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <type_traits>
 #include <vector>
 
+#include "coupler/base/error.hpp"
 #include "participants/lbm/solver.hpp"
 #include "tests/support/close_to.hpp"
 
@@ -326,4 +328,29 @@ TEST_CASE("links: buoyancy is the body's volume, not that of its cells, wherever
         CHECK(solver.loads().force[1] == close_to(buoyancy).epsilon(5e-4));
         CHECK(std::abs(solver.loads().torque[0]) < 5e-4 * buoyancy * radius);
     }
+}
+
+TEST_CASE("links: a body that would touch its own image is refused, and named, with what to do")
+{
+    auto const told = [](lbm::Surface surface, double radius) -> std::string {
+        auto c = box<2>(12);
+        c.size[1] = 40;
+        c.surface = surface;
+        c.hydrodynamic_radius = 0.5;
+        lbm::Solver<2> solver(c);
+        std::vector<double> const position{6, 20}, rest{0, 0}, spin{0}, radii{radius};
+        std::vector<std::uint64_t> const id{5};
+        try {
+            solver.set_bodies({position, rest, spin, radii, id});
+        } catch (sluice::Error const& error) {
+            return error.what();
+        }
+        return "";
+    };
+    CHECK(told(lbm::Surface::interpolated, 11.9) == "");
+    CHECK(
+        told(lbm::Surface::interpolated, 12) ==
+        "fluid: body 5 at t = 0 s: 12 m across in a domain that repeats after 12 m (needed with grains: interpolated: "
+        "less, or it would touch its own image). Take a longer domain, or grains: covered.");
+    CHECK(told(lbm::Surface::covered, 14) == "");
 }
