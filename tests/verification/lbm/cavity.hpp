@@ -89,20 +89,19 @@ inline std::vector<double> table_of(Cavity const& c)
     return values;
 }
 
-//! Steps until it is steady; `follow` takes as many.
+//! Steps until it is steady; `follow` takes as many. In the mean square, since floats never rest: rounding moves a
+//! cell's momentum by some 2^-24 |u|/4 a step, which viscosity spreads to sqrt(ln n/(4 pi nu)) times as much, here 3e-8
+//! of the lid's speed with n = 24 to 96 cells, but five to ten times that in the cell that it moves most.
 inline void run_until_steady(Box& box, Box* follow = nullptr)
 {
-    lbm::Fields f, last;
+    std::vector<double> last;
     double change = 1;
     for (int k = 0; k < 400 && change > 1e-7; ++k) {  // a tenth of what the file asks for, in a quarter of the time
         for (int step = 0; step < 1000; ++step) box.solver.step();
         for (int step = 0; step < 1000 && follow; ++step) follow->solver.step();
-        f = box.solver.fields();
-        change = 0;
-        for (std::size_t i = 0; i < last.velocity.size(); ++i)
-            change = std::max(change, std::abs(f.velocity[i] - last.velocity[i]) / box.lid);
-        if (last.velocity.empty()) change = 1;
-        last = f;
+        auto const now = box.solver.fields().velocity;
+        if (!last.empty()) change = root_mean_square(now, last) / box.lid;
+        last = now;
     }
 }
 
