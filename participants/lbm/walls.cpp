@@ -178,7 +178,7 @@ class EntranceFinder
             link.across = static_cast<std::uint8_t>(across);
             link.kind = side.kind;
             link.push = entry.push(side);
-            if (side.kind == Border::inflow && around_.cover(cell)) link.kind = Border::wall, link.push = 0;
+            if (side.kind != Border::wall && around_.cover(cell)) link.kind = Border::wall, link.push = 0;
             return from_here(link, source);
         }
         for (std::size_t k = 0; k < 3; ++k) left[k] = cell[k] + source.place[k] - Lattice<D>::c[source.direction][k];
