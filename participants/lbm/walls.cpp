@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numbers>
+#include <optional>
 
 namespace lbm {
 namespace {
@@ -172,13 +173,15 @@ class EntranceFinder
                       .box = box,
                       .place = {}};
         if (across >= 0) {
-            link.patch = solid_at_edge(entry, cell, static_cast<std::size_t>(across));
-            if (link.patch >= 0) return from_here(link, source);
             Boundary const& side = entry.side_across(static_cast<std::size_t>(across));
+            auto const beside = cell_beside(entry, cell, static_cast<std::size_t>(across));
+            if (!side.rests() && beside && around_.elsewhere(*beside) < 0) link.patch = around_.solid_at(*beside);
+            if (link.patch >= 0) return from_here(link, source);
             link.across = static_cast<std::uint8_t>(across);
             link.kind = side.kind;
             link.push = entry.push(side);
-            if (side.kind != Border::wall && around_.cover(cell)) link.kind = Border::wall, link.push = 0;
+            bool const covered = around_.cover(cell) || (beside && around_.cover(*beside));
+            if (!side.rests() && covered) link.kind = Border::wall, link.push = 0;
             return from_here(link, source);
         }
         for (std::size_t k = 0; k < 3; ++k) left[k] = cell[k] + source.place[k] - Lattice<D>::c[source.direction][k];
@@ -190,19 +193,18 @@ class EntranceFinder
         link.patch = around_.solid_at(left);
         return from_here(link, {Lattice<D>::opposite[q], {-c[0], -c[1], -c[2]}});
     }
-    //! The solid that is not stored through whose edge with a side a link comes: it belongs to what rests. -1: none
-    //! does, or the side rests as well.
-    std::int32_t solid_at_edge(Entry<D> const& entry, Extent cell, std::size_t across) const
+    //! Through whose edge with a side a link comes into a cell, or the cell itself; none beyond another side. What
+    //! rests there has the link, so that what a wall that moves takes away at one end it brings at the other.
+    std::optional<Extent> cell_beside(Entry<D> const& entry, Extent cell, std::size_t across) const
     {
-        if (entry.side_across(across).rests()) return -1;
         for (std::size_t k = 0; k < D; ++k) {
             if (k == across) continue;
             cell[k] -= entry.c[k];
             if (!entry.beyond[k]) continue;
-            if (!walls_.periodic()[k]) return -1;
+            if (!walls_.periodic()[k]) return std::nullopt;
             cell[k] = wrap(cell[k], layout_.cells()[k]);
         }
-        return around_.elsewhere(cell) < 0 ? around_.solid_at(cell) : -1;
+        return cell;
     }
     static Entrance from_here(Entrance link, Source const& source)
     {

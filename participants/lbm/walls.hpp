@@ -87,7 +87,7 @@ struct Walls
 struct Surroundings
 {
     std::function<std::int32_t(Extent const&)> solid_at;   //!< the solid of a cell that is not stored
-    std::function<bool(Extent const&)> cover;              //!< whether they cover a cell wholly: no side is open there
+    std::function<bool(Extent const&)> cover;              //!< whether they cover a cell wholly: sides rest there
     std::function<std::int32_t(Extent const&)> elsewhere;  //!< the whole lattice's box that has a cell; -1: none
 };
 
