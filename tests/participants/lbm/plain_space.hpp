@@ -138,9 +138,8 @@ class PlainSpace
         for (std::size_t k = 0; k < 3; ++k) u[k] = (j[k] + push[k] / 2) / rho;
         if (config_.collision == lbm::Operator::central) {
             std::array<double, 3> const all = {force[0] + push[0], force[1] + push[1], force[2] + push[2]};
-            f = in_central_moments_.collided(f, {rho, u, all, open}, [&](double deviator) {
-                return stiffened(1 / eddy_tau(fraction, deviator, rho), open);
-            });
+            f = in_central_moments_.collided(
+                f, {rho, u, all, open}, [&](double deviator) { return shear_rate(fraction, deviator, rho, open); });
             for (std::size_t q = 0; q < f.size(); ++q) send(q, cell, f[q]);
             return;
         }
@@ -157,19 +156,20 @@ class PlainSpace
 
     static double stiffened(double rate, double open) { return 1 / (0.5 + (1 / rate - 0.5) / open); }
 
-    //! With the large-eddy model, of the stress without its trace.
-    double eddy_tau(double fraction, double stress, double rho) const
+    //! `stress`: without its trace. Less solid than eddies are stopped by does not make it more viscous.
+    double shear_rate(double fraction, double stress, double rho, double open) const
     {
         double const tau = rates_.tau;
-        if (fraction > 1e-6) return tau;
-        return 0.5 * (tau + std::sqrt(tau * tau + rates_.smagorinsky_term * std::sqrt(2.0) * stress / rho));
+        if (rates_.smagorinsky_term == 0 || fraction > 1e-6) return stiffened(rates_.shear, open);
+        return 2 / (tau + std::sqrt(tau * tau + rates_.smagorinsky_term * std::sqrt(2.0) * stress / rho));
     }
 
     //! Change by relaxation, moment by moment.
     Values relax(Values const& apart, double rho, double fraction, double open) const
     {
         std::array<double, 4> rate{};
-        rate[energy - 1] = rates_.energy, rate[square - 1] = rates_.square, rate[flux - 1] = rates_.flux;
+        rate[shear - 1] = rates_.shear, rate[energy - 1] = rates_.energy, rate[square - 1] = rates_.square,
+                     rate[flux - 1] = rates_.flux;
         double stress = 0;
         for (std::size_t a = 0; a < 3; ++a)
             for (std::size_t b = 0; b < 3; ++b) {
@@ -178,8 +178,8 @@ class PlainSpace
                     p += (L::c[q][a] * L::c[q][b] - (a == b ? dot(L::c[q], L::c[q]) / 3 : 0)) * apart[q];
                 stress += p * p;
             }
-        rate[shear - 1] = 1 / eddy_tau(fraction, std::sqrt(stress), rho);
         for (double& r : rate) r = stiffened(r, &r == &rate[flux - 1] ? 1 / open : open);
+        rate[shear - 1] = shear_rate(fraction, std::sqrt(stress), rho, open);
         Values change{};
         for (auto const& [kind, moment, square_of_moment] : moments_) {
             if (kind == 0) continue;
