@@ -123,6 +123,10 @@ TEST_CASE_TEMPLATE("phase: what the fluid loses the points get, in a box with pe
     {
         c.phase->matter = false;
     }
+    SUBCASE("in central moments")
+    {
+        c.collision = lbm::Operator::central;
+    }
     lbm::Solver<D> solver(c);
     solver.set_state([](std::array<double, D> const& at) {
         return lbm::PointState<D>{.velocity = {0.02 * std::sin(at[1]), 0.01}, .pressure = 0, .gradient = {}};
