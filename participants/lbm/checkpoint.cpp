@@ -244,11 +244,12 @@ void Solver<D>::restore(sluice::State const& kept)
     past_ = std::move(past);
     solid_exchange_ = std::move(solids);
     resize_loads(id_.size());
+    coverage_.update(covering(), team_);
+    note_held();
     populations_.visit([&](auto const& rows) {
         take_populations(kept, rows);
         for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) note_turned(rows, r, walls_, Incoming::kept);
     });
-    coverage_.update(covering(), team_);
     if (links_) links_->restore(bodies_, id_, walls_.half_force, missing);
     if (phase_) phase_->spread();
     complete_ = true;

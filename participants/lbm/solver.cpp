@@ -56,6 +56,7 @@ Boundary boundary_lu(Config const& c, std::size_t s)
         if (wall.absorbing) {
             side.recall = recall_by_length / (std::numbers::sqrt3 * static_cast<double>(cells[s / 2]));
             side.incoming.resize(beside);
+            side.held.resize(beside);
         }
     }
     return side;
@@ -226,6 +227,7 @@ void Solver<D>::step()
     strip_load_.resize(coverage_.strips().size());
     if (phase_) phase_->spread();
     collide_rows();
+    note_held();
     if (phase_) phase_->gather(team_);
     populations_.stream(team_);
     if (halo_) halo_->send(populations_);

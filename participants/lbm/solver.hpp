@@ -138,6 +138,8 @@ class Solver
     std::array<double, D> acceleration_at(std::array<double, D> const& place, double const* velocity) const;
     void enter_rows(std::ptrdiff_t begin, std::ptrdiff_t end);
     void collide_rows();
+    void note_held();
+    Boundary::Held held_in(std::ptrdiff_t r, std::ptrdiff_t x, std::size_t axis) const;
     void collide_run(std::ptrdiff_t begin, std::ptrdiff_t end);
     std::ptrdiff_t collide_from(std::ptrdiff_t r, std::ptrdiff_t end);
     template <class Stored>

@@ -8,14 +8,6 @@
 namespace lbm {
 namespace {
 
-//! A cell's place in Boundary::turned.
-template <int D>
-std::size_t place_beside(Extent const& n, std::size_t axis, Extent const& cell)
-{
-    auto const [x, y, z] = cell;
-    return Lattice<D>::directions * static_cast<std::size_t>(axis == 0 ? z * n[1] + y : (axis == 1 ? z : y) * n[0] + x);
-}
-
 //! Over the largest velocity of a side's inflow, where the link of direction c into a cell crosses the side.
 double profile(Boundary const& side, std::array<int, 3> const& c, Extent const& cell)
 {
@@ -326,8 +318,9 @@ void enter_piece(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& lin
                 static_cast<Stored>(out[k] + side.share * profile(side, Lattice<D>::c[link.into], cell(k)) * link.push);
     } else if (link.kind == Border::pressure) {
         for (std::ptrdiff_t k = 0; k < link.cells; ++k)
-            in[k] = static_cast<Stored>(side.turned[place_beside<D>(layout.cells(), link.across, cell(k)) + link.into] -
-                                        out[k]);
+            in[k] = static_cast<Stored>(
+                side.turned[Lattice<D>::directions * place_beside(layout.cells(), link.across, cell(k)) + link.into] -
+                out[k]);
     } else {
         for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + link.push);
     }
@@ -379,24 +372,19 @@ void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t begin, std::ptr
 template <int D, class Stored>
 void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls, Incoming incoming)
 {
-    Extent const& cells = p.layout().cells();
-    Row const& row = p.layout().row(r);
     for (std::size_t k = 0; k < D; ++k)
         for (std::size_t end = 0; end < 2; ++end) {
             Boundary& side = walls.side[k][end];
-            std::ptrdiff_t const last = end == 0 ? 0 : cells[k] - 1;
-            if (side.kind != Border::pressure || (k > 0 && (k == 1 ? row.y : row.z) != last)) continue;
-            std::ptrdiff_t const from = k == 0 ? last - row.first : 0, to = k == 0 ? from + 1 : row.cells;
-            if (from < 0 || to > row.cells) continue;
-            for (std::ptrdiff_t x = from; x < to; ++x) {
-                std::size_t const place = place_beside<D>(cells, k, {row.first + x, row.y, row.z});
+            if (side.kind != Border::pressure) continue;
+            each_beside<D>(p.layout(), r, k, end == 1, [&](std::ptrdiff_t x, std::size_t place) {
                 auto const density_excess = [&](double excess, std::array<double, D> const& u) {
                     if (side.incoming.empty()) return side.density_excess;
-                    double const outward = end == 0 ? -u[k] : u[k];
-                    return absorbed(side, excess, outward, side.incoming[place / Lattice<D>::directions], incoming);
+                    auto const& [held, velocity] = side.held[place];
+                    double const outward = (1 - held) * (end == 0 ? -u[k] : u[k]) + velocity;
+                    return absorbed(side, excess, outward, side.incoming[place], incoming);
                 };
-                note_cell(p, r, x, walls, density_excess, side.turned.data() + place);
-            }
+                note_cell(p, r, x, walls, density_excess, side.turned.data() + Lattice<D>::directions * place);
+            });
         }
 }
 

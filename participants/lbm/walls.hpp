@@ -25,12 +25,25 @@ struct Boundary
     double recall = 0;          //!< of an opening that absorbs sound: how soon it has its density again (1/step)
     //! Of each cell beside such an opening: p - c_s u, u outward, of what comes in; p = (rho - 1) c_s^2.
     std::vector<double> incoming{};
+    //! Of the same cells: B of the solids in the last step, and B u_s outward (solid_weight.hpp).
+    struct Held
+    {
+        double share = 0, velocity = 0;
+    };
+    std::vector<Held> held{};
     //! What enters the cells beside such an opening apart from what left, from when they last had all their
     //! populations; shape [cell][direction].
     std::vector<double> turned{};
 
     bool rests() const noexcept { return kind == Border::wall && velocity == std::array<double, 3>{}; }
 };
+
+//! A cell's place in Boundary::incoming and, its directions side by side, in `turned`.
+inline std::size_t place_beside(Extent const& n, std::size_t axis, Extent const& cell) noexcept
+{
+    auto const [x, y, z] = cell;
+    return static_cast<std::size_t>(axis == 0 ? z * n[1] + y : (axis == 1 ? z : y) * n[0] + x);
+}
 
 //! Populations of one direction that enter cells side by side in a row from outside of the row's box.
 struct Entrance
@@ -108,6 +121,19 @@ Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings 
 template <int D, class Stored>
 void enter_from_outside(Rows<D, Stored> const& populations, std::ptrdiff_t begin, std::ptrdiff_t end,
                         Walls const& walls);
+
+//! Calls visit(x, place) for the cells of a row that lie beside a side; place: in Boundary::incoming.
+template <int D, class Visit>
+void each_beside(Layout const& layout, std::ptrdiff_t r, std::size_t axis, bool upper, Visit&& visit)
+{
+    Extent const& n = layout.cells();
+    Row const& row = layout.row(r);
+    std::ptrdiff_t const last = upper ? n[axis] - 1 : 0;
+    if (axis > 0 && (axis == 1 ? row.y : row.z) != last) return;
+    std::ptrdiff_t const from = axis == 0 ? last - row.first : 0, to = axis == 0 ? from + 1 : row.cells;
+    if (from < 0 || to > row.cells) return;
+    for (std::ptrdiff_t x = from; x < to; ++x) visit(x, place_beside(n, axis, {row.first + x, row.y, row.z}));
+}
 
 //! How a state begins, or goes on, beside openings that absorb sound.
 enum class Incoming
