@@ -97,47 +97,52 @@ struct CellRows
 };
 
 //! The last cells of a row, fewer than are computed at once: copied to where there is room for all, and back.
-template <int D, class Stored, std::size_t N>
+template <int D, class Stored>
 class RowEndCells
 {
  public:
     static constexpr std::size_t directions = Lattice<D>::directions;
 
-    RowEndCells(Slots<D, Stored> const& slots, std::ptrdiff_t begin, std::ptrdiff_t count)
-        : from_(slots), begin_(begin), count_(count)
+    RowEndCells(Slots<D, Stored> const& slots, std::ptrdiff_t begin, FirstLanes<Stored> const& here) noexcept
+        : from_(slots), begin_(begin), here_(here)
     {
         for (std::size_t q = 0; q < directions; ++q) {
-            std::copy_n(slots[q] + begin, count, cells_[q]);
+            store(cells_[q], here.load(slots[q] + begin));
             at_[q] = cells_[q];
         }
     }
     Slots<D, Stored> const& slots() const noexcept { return at_; }
     void put_back() const noexcept
     {
-        for (std::size_t q = 0; q < directions; ++q) std::copy_n(cells_[q], count_, from_[q] + begin_);
+        for (std::size_t q = 0; q < directions; ++q) {
+            here_.store(from_[q] + begin_, load<Lanes<Stored>>(cells_[q]));
+            ask_ahead<D>(from_[q] + begin_);
+        }
     }
 
  private:
     Slots<D, Stored> from_, at_{};
-    std::ptrdiff_t begin_, count_;
-    alignas(64) Stored cells_[directions][N] = {};
+    std::ptrdiff_t begin_;
+    FirstLanes<Stored> here_;
+    alignas(register_bytes) Stored cells_[directions][Lanes<Stored>::count];
 };
 
 //! The same of what is known and told of solids.
-template <int D, class Stored, std::size_t N>
+template <int D, class Stored>
 class RowEndSolids
 {
  public:
-    RowEndSolids(SolidRow<Stored> const& row, std::ptrdiff_t begin, std::ptrdiff_t count)
-        : from_(row), begin_(begin), count_(count)
+    RowEndSolids(SolidRow<Stored> const& row, std::ptrdiff_t begin, FirstLanes<Stored> const& here) noexcept
+        : from_(row), begin_(begin), here_(here)
     {
-        std::copy_n(row.fraction + begin, count, known_[0]);
-        std::copy_n(row.weight + begin, count, known_[1]);
-        std::copy_n(row.open + begin, count, known_[2]);
-        std::copy_n(row.ease + begin, count, known_[3]);
+        auto const copy = [&](Stored const* from, Stored* to) { store(to, here.load(from + begin)); };
+        copy(row.fraction, known_[0]);
+        copy(row.weight, known_[1]);
+        copy(row.open, known_[2]);
+        copy(row.ease, known_[3]);
         at_ = {known_[0], known_[1], known_[2], known_[3], {}, told_[0], {}};
         for (std::size_t k = 0; k < D; ++k) {
-            std::copy_n(row.momentum[k] + begin, count, known_[4 + k]);
+            copy(row.momentum[k], known_[4 + k]);
             at_.momentum[k] = known_[4 + k];
             at_.force[k] = told_[1 + k];
         }
@@ -145,14 +150,18 @@ class RowEndSolids
     SolidRow<Stored> const& row() const noexcept { return at_; }
     void put_back() const noexcept
     {
-        std::copy_n(told_[0], count_, from_.force_rate + begin_);
-        for (std::size_t k = 0; k < D; ++k) std::copy_n(told_[1 + k], count_, from_.force[k] + begin_);
+        auto const copy = [&](Stored const* from, Stored* to) { here_.store(to + begin_, load<Lanes<Stored>>(from)); };
+        copy(told_[0], from_.force_rate);
+        for (std::size_t k = 0; k < D; ++k) copy(told_[1 + k], from_.force[k]);
     }
 
  private:
+    static constexpr std::size_t lanes = Lanes<Stored>::count;
+
     SolidRow<Stored> from_, at_{};
-    std::ptrdiff_t begin_, count_;
-    alignas(64) Stored known_[4 + D][N] = {}, told_[1 + D][N] = {};
+    std::ptrdiff_t begin_;
+    FirstLanes<Stored> here_;
+    alignas(register_bytes) Stored known_[4 + D][lanes], told_[1 + D][lanes];
 };
 
 //! Gives cells to collide(slots, solids, cells, first), in whole registers: the last ones of a row as a copy, whose
@@ -170,9 +179,10 @@ template <int D, bool grains, class V, class Stored, class Collide>
     if (whole > rows.begin) collide(slots, solid, rows, 0);
     if (whole == end) return;
     CellRows const last{0, lanes};
-    RowEndCells<D, Stored, V::count> cells(slots, whole, end - whole);
+    FirstLanes<Stored> const here(end - whole);
+    RowEndCells<D, Stored> cells(slots, whole, here);
     if constexpr (grains) {
-        RowEndSolids<D, Stored, V::count> solids(solid, whole, end - whole);
+        RowEndSolids<D, Stored> solids(solid, whole, here);
         collide(cells.slots(), solids.row(), last, whole);
         solids.put_back();
     } else {

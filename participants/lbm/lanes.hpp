@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <type_traits>
 #if defined(__AVX__)
 #include <immintrin.h>
 #endif
@@ -130,6 +131,69 @@ template <class V, class Stored>
     std::memcpy(&part, from, sizeof part);
     return V(__builtin_convertvector(part, typename V::Register));
 }
+//! The first `count` lanes of a register, where there is no memory for the others.
+template <class T>
+class FirstLanes
+{
+ public:
+    explicit FirstLanes(std::ptrdiff_t count) noexcept
+    {
+#if defined(__AVX512F__)
+        among_ = static_cast<Mask>((1U << count) - 1);
+#elif defined(__AVX__)
+        for (std::size_t k = 0; k < Lanes<T>::count; ++k) among_[k] = static_cast<std::ptrdiff_t>(k) < count ? -1 : 0;
+#else
+        among_ = count;
+#endif
+    }
+    //! The others are 0.
+    [[gnu::always_inline]] Lanes<T> load(T const* from) const noexcept
+    {
+        using Register = typename Lanes<T>::Register;
+#if defined(__AVX512F__)
+        if constexpr (sizeof(T) == sizeof(double))
+            return Register(_mm512_maskz_loadu_pd(among_, from));
+        else
+            return Register(_mm512_maskz_loadu_ps(among_, from));
+#elif defined(__AVX__)
+        if constexpr (sizeof(T) == sizeof(double))
+            return Register(_mm256_maskload_pd(from, reinterpret_cast<__m256i>(among_)));
+        else
+            return Register(_mm256_maskload_ps(from, reinterpret_cast<__m256i>(among_)));
+#else
+        Register all{};
+        for (std::ptrdiff_t k = 0; k < among_; ++k) all[k] = from[k];
+        return all;
+#endif
+    }
+    [[gnu::always_inline]] void store(T* to, Lanes<T> const& v) const noexcept
+    {
+#if defined(__AVX512F__)
+        if constexpr (sizeof(T) == sizeof(double))
+            _mm512_mask_storeu_pd(to, among_, v.all);
+        else
+            _mm512_mask_storeu_ps(to, among_, v.all);
+#elif defined(__AVX__)
+        if constexpr (sizeof(T) == sizeof(double))
+            _mm256_maskstore_pd(to, reinterpret_cast<__m256i>(among_), v.all);
+        else
+            _mm256_maskstore_ps(to, reinterpret_cast<__m256i>(among_), v.all);
+#else
+        for (std::ptrdiff_t k = 0; k < among_; ++k) to[k] = v.all[k];
+#endif
+    }
+
+ private:
+#if defined(__AVX512F__)
+    using Mask = std::conditional_t<sizeof(T) == sizeof(double), __mmask8, __mmask16>;
+#elif defined(__AVX__)
+    using Mask = decltype(typename Lanes<T>::Register{} < typename Lanes<T>::Register{});
+#else
+    using Mask = std::ptrdiff_t;
+#endif
+    Mask among_{};
+};
+
 //! Asks for a line ahead: many streams are more than the machine follows by itself. Those of the plane have room in the
 //! first cache, those of space in the second.
 template <int D, class Stored>
