@@ -18,6 +18,7 @@ struct Features
     bool les = false;
     bool force = false;
     bool grains = false;
+    bool still = false;    //!< with grains: all of them rest (still_cells.hpp)
     bool split = false;    //!< in space: the second moments have rates of their own, as with les
     bool frame = false;    //!< force grows along the row, and turns with the velocity
     bool central = false;  //!< collides in central moments (collide_central.hpp)
@@ -37,23 +38,25 @@ struct SolidRow
     Stored* force_rate;                     //!< out: 2 weight rho
     std::array<Stored*, 3> force;           //!< out: 2 weight j; a body's force is eps (force - force_rate u_s)
 };
-//! The same for who does not know that type. Refers to a SolidRow, or to none.
-class AnySolidRow
+//! The same for who does not know that type. Refers to one, or to none.
+template <template <class> class Row>
+class AnyRow
 {
  public:
-    AnySolidRow() = default;
+    AnyRow() = default;
     template <class Stored>
-    AnySolidRow(SolidRow<Stored> const& row) noexcept : row_(&row)
+    AnyRow(Row<Stored> const& row) noexcept : row_(&row)
     {}
     template <class Stored>
-    SolidRow<Stored> typed() const noexcept
+    Row<Stored> typed() const noexcept
     {
-        return row_ ? *static_cast<SolidRow<Stored> const*>(row_) : SolidRow<Stored>{};
+        return row_ ? *static_cast<Row<Stored> const*>(row_) : Row<Stored>{};
     }
 
  private:
     void const* row_ = nullptr;
 };
+using AnySolidRow = AnyRow<SolidRow>;
 
 //! The same of one cell, or of several at once.
 template <int D, class V>
@@ -200,6 +203,13 @@ struct MomentumShares
     static_assert(static_cast<Number>(axis) == axis);
 };
 
+//! Rates [1/step] of one cell, or of several at once.
+template <class Rate>
+struct Rates
+{
+    Rate shear, energy, square, flux;
+};
+
 inline constexpr double eddy_free = 1e-6;  //!< cells covered by more have no eddy viscosity
 
 //! Rate of an even moment where the fluid is 1/open times as viscous: (1/rate - 1/2) is 1/open times as large.
@@ -213,6 +223,13 @@ template <class V>
 [[gnu::always_inline]] inline V loosened(double rate, V open) noexcept
 {
     return 1.0 / (0.5 + (1.0 / rate - 0.5) * open);
+}
+
+//! All of them in a cell with solids.
+template <class V>
+[[gnu::always_inline]] inline Rates<V> rates_beside(Relaxation const& r, V open) noexcept
+{
+    return {stiffened(r.shear, open), stiffened(r.energy, open), stiffened(r.square, open), loosened(r.flux, open)};
 }
 
 //! B/eps with (1 + q/3)/(1 + q) of the drag (solid_weight.hpp): of B/(1 - B).

@@ -4,6 +4,7 @@
 
 #include "participants/lbm/cell_row.hpp"
 #include "participants/lbm/collide_central.hpp"
+#include "participants/lbm/still_cells.hpp"
 
 namespace lbm {
 
@@ -87,15 +88,28 @@ template <class V>
     return 2.0 / (r.tau + root(madd(r.smagorinsky_term * inverse_rho, root(2.0 * size), r.tau * r.tau)));
 }
 
+//! The solids of cells, or none.
+template <Features F, class V>
+using SpaceSolids = std::conditional_t<F.still, StillCell<V>, SolidCell<3, V>>;
+
+template <Features F, class V>
+[[gnu::always_inline]] inline Rates<V> rates_of(Relaxation const& r, SpaceSolids<F, V> const& s) noexcept
+{
+    if constexpr (F.still)
+        return s.rates;
+    else if constexpr (F.grains)
+        return rates_beside(r, s.open);
+    else
+        return {r.shear, r.energy, r.square, r.flux};
+}
+
 //! What a cell of D3Q19 is changed by. The populations are read for it, and once more when they are changed: what would
 //! be kept of them meanwhile has no room in the registers, and stores are what the machine has least of.
-template <Features F, class V>
+template <bool frame, class V>
 struct SpaceChange
 {
-    using Force = std::conditional_t<F.frame, V, double>;  // the same everywhere, or each cell's own
-    using Rate = std::conditional_t<F.grains, V, double>;
+    using Force = std::conditional_t<frame, V, double>;  // the same everywhere, or each cell's own
     V base, inverse_rho, jx, jy, jz;
-    Rate even_rate, flux_rate;
     Force Fx{}, Fy{}, Fz{};
     V Gx, Gy, Gz, work;
     V along_x, along_y, along_z, shear_xy, shear_xz, shear_yz, bulk;
@@ -130,25 +144,14 @@ template <class V>
 //!
 //! Straight-line on purpose, and longer than the house rule: one basic block of independent operations.
 template <Features F, class V, class Cell>
-[[gnu::always_inline]] inline SpaceChange<F, V> find_change(Cell const& f, Relaxation const& r, SolidCell<3, V>& s,
-                                                            V const& place) noexcept
+[[gnu::always_inline]] inline SpaceChange<F.frame, V> find_change(Cell const& f, Relaxation const& r,
+                                                                  Rates<V> const& rates, SpaceSolids<F, V>& s,
+                                                                  V const& place) noexcept
 {
     constexpr bool split = F.les || F.split;
-    SpaceChange<F, V> c;
-    auto const stiff = [&](double rate) __attribute__((always_inline))
-    {
-        if constexpr (F.grains)
-            return stiffened(rate, s.open);
-        else
-            return rate;
-    };
-    c.even_rate = stiff(split ? r.square : r.shear);
-    if constexpr (F.grains)
-        c.flux_rate = loosened(r.flux, s.open);
-    else
-        c.flux_rate = r.flux;
-    auto& [base, inverse_rho, jx, jy, jz, even_rate, flux_rate, Fx, Fy, Fz, Gx, Gy, Gz, work, along_x, along_y, along_z,
-           shear_xy, shear_xz, shear_yz, bulk] = c;
+    SpaceChange<F.frame, V> c;
+    auto& [base, inverse_rho, jx, jy, jz, Fx, Fy, Fz, Gx, Gy, Gz, work, along_x, along_y, along_z, shear_xy, shear_xz,
+           shear_yz, bulk] = c;
     Sums<split, V> const sums(f);
     V const excess = sums.excess;
     V xx = sums.xx, yy = sums.yy, zz = sums.zz, xy = sums.xy, xz = sums.xz, yz = sums.yz;
@@ -157,7 +160,10 @@ template <Features F, class V, class Cell>
     inverse_rho = 1.0 / rho;
     if constexpr (F.force) take_half_force<F>(r, place, jx, jy, jz, Fx, Fy, Fz);
     Gx = Fx, Gy = Fy, Gz = Fz;  // force on the fluid, the solids' included
-    if constexpr (F.grains) {
+    if constexpr (F.still) {    // the other half of their force is in `pull`
+        s.force = {s.push * jx, s.push * jy, s.push * jz};
+        jx = s.left * jx, jy = s.left * jy, jz = s.left * jz;
+    } else if constexpr (F.grains) {
         auto const [push_x, push_y, push_z] = find_push(s, rho, inverse_rho, jx, jy, jz);
         jx = jx + 0.5 * push_x, jy = jy + 0.5 * push_y, jz = jz + 0.5 * push_z;
         Gx = Gx + push_x, Gy = Gy + push_y, Gz = Gz + push_z;
@@ -178,32 +184,36 @@ template <Features F, class V, class Cell>
         }
         V const trace = xx + yy + zz, mean = trace * (1.0 / 3);
         V const dx = xx - mean, dy = yy - mean, dz = zz - mean;
-        V shear_rate = stiff(r.shear);
+        V shear_rate = rates.shear;
         if constexpr (F.les) {
             V const eddy = eddy_rate(r, inverse_rho, dx, dy, dz, xy, xz, yz);
-            if constexpr (F.grains)
+            if constexpr (F.still)
+                shear_rate = where_above(shear_rate, 0, shear_rate, eddy);
+            else if constexpr (F.grains)
                 shear_rate = where_above(s.fraction, eddy_free, shear_rate, eddy);
             else
                 shear_rate = eddy;
         }
-        V const more = 4.5 * (even_rate - shear_rate);
+        V const more = 4.5 * (rates.square - shear_rate);
         along_x = more * dx, along_y = more * dy, along_z = more * dz;
         shear_xy = 2.0 * more * xy, shear_xz = 2.0 * more * xz, shear_yz = 2.0 * more * yz;
-        bulk = (1.5 * (even_rate - stiff(r.energy))) * trace;
+        bulk = (1.5 * (rates.square - rates.energy)) * trace;
     }
     return c;
 }
 
-//! The second half of the collision.
+//! The second half of the collision. `pull`: of solids that rest.
 template <Features F, class V, class Cell>
-[[gnu::always_inline]] inline void change(Cell const& f, SpaceChange<F, V> const& c) noexcept
+[[gnu::always_inline]] inline void change(Cell const& f, SpaceChange<F.frame, V> const& c, Rates<V> const& rates,
+                                          V const& pull) noexcept
 {
-    using Force = typename SpaceChange<F, V>::Force;
+    using Force = typename SpaceChange<F.frame, V>::Force;
     constexpr bool split = F.les || F.split;
     constexpr double axis = 1.0 / 18, diagonal = 1.0 / 36;
     using Momentum = MomentumShares<typename V::Number>;
-    auto const& [base, inverse_rho, jx, jy, jz, even_rate, flux_rate, Fx, Fy, Fz, Gx, Gy, Gz, work, along_x, along_y,
-                 along_z, shear_xy, shear_xz, shear_yz, bulk] = c;
+    V const even_rate = split ? rates.square : rates.shear, flux_rate = rates.flux;
+    auto const& [base, inverse_rho, jx, jy, jz, Fx, Fy, Fz, Gx, Gy, Gz, work, along_x, along_y, along_z, shear_xy,
+                 shear_xz, shear_yz, bulk] = c;
     // even parts: sums of both populations, less equilibrium (f + S/2 - f_eq); S = w (9 c.u c.F - work)
     V rest = f[0];
     {
@@ -214,16 +224,16 @@ template <Features F, class V, class Cell>
         if constexpr (split) rest = madd(-1.0 / 3, bulk, rest);
     }
     f.put(0, rest);
-    auto const minus_half_even = -0.5 * even_rate, minus_half_flux = -0.5 * flux_rate;
+    V const minus_half_even = -0.5 * even_rate, minus_half_flux = -0.5 * flux_rate;
     V const square_by_rho = 4.5 * inverse_rho;
     // odd parts: f + S/2 - f_eq; what both populations gain
-    auto const collide_pair = [&](std::size_t q, double weight, double share, V const& stress, V const& cj,
+    auto const collide_pair = [&](std::size_t q, double weight, double share, V const& stress, V const& cj, V const& ck,
                                   Force const& cF, V const& cG) __attribute__((always_inline))
     {
         V const one = f[q], other = f[q + 1];
         V apart = madd(-2.0 * weight, madd(cj * square_by_rho, cj, base), one + other);
-        V b = minus_half_flux * madd(-share, cj, one - other);
-        if constexpr (F.force || F.grains) b = madd(0.5 * share * (1.0 - 0.5 * flux_rate), cG, b);
+        V b = minus_half_flux * madd(-share, ck, one - other);
+        if constexpr (F.force || (F.grains && !F.still)) b = madd(0.5 * share * (1.0 - 0.5 * flux_rate), cG, b);
         V gain = b, other_gain = -b;
         if constexpr (split) gain = madd(weight, stress, b), other_gain = madd(weight, stress, -b);
         if constexpr (F.force) {
@@ -241,15 +251,16 @@ template <Features F, class V, class Cell>
     {
         collide_pair(q, diagonal, Momentum::diagonal, of...);
     };
-    along_axis(1, along_x, jx, Fx, Gx);
-    along_axis(3, along_y, jy, Fy, Gy);
-    along_axis(5, along_z, jz, Fz, Gz);
-    along_diagonal(7, bulk - along_z + shear_xy, jx + jy, Fx + Fy, Gx + Gy);
-    along_diagonal(9, bulk - along_z - shear_xy, jx - jy, Fx - Fy, Gx - Gy);
-    along_diagonal(11, bulk - along_y + shear_xz, jx + jz, Fx + Fz, Gx + Gz);
-    along_diagonal(13, bulk - along_y - shear_xz, jx - jz, Fx - Fz, Gx - Gz);
-    along_diagonal(15, bulk - along_x + shear_yz, jy + jz, Fy + Fz, Gy + Gz);
-    along_diagonal(17, bulk - along_x - shear_yz, jy - jz, Fy - Fz, Gy - Gz);
+    V const kx = F.still ? pull * jx : jx, ky = F.still ? pull * jy : jy, kz = F.still ? pull * jz : jz;
+    along_axis(1, along_x, jx, kx, Fx, Gx);
+    along_axis(3, along_y, jy, ky, Fy, Gy);
+    along_axis(5, along_z, jz, kz, Fz, Gz);
+    along_diagonal(7, bulk - along_z + shear_xy, jx + jy, kx + ky, Fx + Fy, Gx + Gy);
+    along_diagonal(9, bulk - along_z - shear_xy, jx - jy, kx - ky, Fx - Fy, Gx - Gy);
+    along_diagonal(11, bulk - along_y + shear_xz, jx + jz, kx + kz, Fx + Fz, Gx + Gz);
+    along_diagonal(13, bulk - along_y - shear_xz, jx - jz, kx - kz, Fx - Fz, Gx - Gz);
+    along_diagonal(15, bulk - along_x + shear_yz, jy + jz, ky + kz, Fy + Fz, Gy + Gz);
+    along_diagonal(17, bulk - along_x - shear_yz, jy - jz, ky - kz, Fy - Fz, Gy - Gz);
 }
 
 //! One cell of D3Q19, or several at once, in central moments (collide_central.hpp). As long as the other collision, for
@@ -361,42 +372,44 @@ void collide_whole(Slots<3, Stored> const& slots, SolidRow<Stored> const& row, C
     Slots<3, Stored> const f = slots;
     Relaxation const r = relaxation;
     SolidRow<Stored> const solids = row;
-    auto const found_at = [&](std::ptrdiff_t at) __attribute__((always_inline))
+    V place;
+    auto const found_at = [&](std::ptrdiff_t at, SolidCell<3, V> & s) __attribute__((always_inline))
     {
-        SolidCell<3, V> s;
-        V place;
-        if constexpr (F.grains) s = SolidCell<3, V>(solids, at);
         if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + at));
-        auto const found = find_change<F, V>(CellInRow<V, Stored>{f, at}, r, s, place);
-        if constexpr (F.grains) s.tell(solids, at);
-        return found;
+        return find_change<F, V>(CellInRow<V, Stored>{f, at}, r, rates_of<F, V>(r, s), s, place);
     };
-    auto const change_at = [&](std::ptrdiff_t at, SpaceChange<F, V> const& c) __attribute__((always_inline))
+    auto const change_at = [&](std::ptrdiff_t at, SpaceChange<F.frame, V> const& c, SolidCell<3, V> const& s)
+        __attribute__((always_inline))
     {
-        change<F, V>(CellInRow<V, Stored>{f, at}, c);
+        change<F, V>(CellInRow<V, Stored>{f, at}, c, rates_of<F, V>(r, s), V{});
     };
     if constexpr (F.central) {
         cells.each_register<lanes>([&](std::ptrdiff_t at) __attribute__((always_inline)) {
             SolidCell<3, V> s;
-            V place;
             if constexpr (F.grains) s = SolidCell<3, V>(solids, at);
             if constexpr (F.frame) place = counted_from<V>(static_cast<double>(first + at));
             collide_central<F, V>(CellInRow<V, Stored>{f, at}, r, s, place);
             if constexpr (F.grains) s.tell(solids, at);
         });
     } else if constexpr (F.les || F.split || F.grains) {  // so much is found that it would not stay in registers
-        cells.each_register<lanes>([&](std::ptrdiff_t at)
-                                       __attribute__((always_inline)) { change_at(at, found_at(at)); });
+        cells.each_register<lanes>([&](std::ptrdiff_t at) __attribute__((always_inline)) {
+            SolidCell<3, V> s;
+            if constexpr (F.grains) s = SolidCell<3, V>(solids, at);
+            auto const found = found_at(at, s);
+            if constexpr (F.grains) s.tell(solids, at);
+            change_at(at, found, s);
+        });
     } else {
         std::ptrdiff_t at = cells.begin, x = cells.begin + lanes;
-        SpaceChange<F, V> now = found_at(at);
+        SolidCell<3, V> none;
+        SpaceChange<F.frame, V> now = found_at(at, none);
         for (std::ptrdiff_t k = 0, row = 0; k < cells.count; ++k, row += cells.stride, x = cells.begin)
             for (; x < cells.end; x += lanes) {
-                SpaceChange<F, V> const next = found_at(row + x);
-                change_at(at, now);
+                SpaceChange<F.frame, V> const next = found_at(row + x, none);
+                change_at(at, now, none);
                 now = next, at = row + x;
             }
-        change_at(at, now);
+        change_at(at, now, none);
     }
 }
 

@@ -26,6 +26,7 @@ struct RowBuffer
     };
     std::vector<Run> runs;       //!< of the row, cells with solids and without
     std::vector<Stored> covers;  //!< fractions of each strip's cells, in whole lanes, one strip after another
+    std::array<std::vector<Stored>, 3> block_force;  //!< of the slots of a StillBlock
 
     //! Room for the longest row, and for one of nx cells.
     void resize(std::ptrdiff_t longest, std::ptrdiff_t nx)
@@ -253,6 +254,92 @@ void find_load(Strip<D> const& s, Number const* cover, StripVelocity<D> const& v
     }
 }
 
+//! Of a run with solids at rest, those of a SolidRow.
+template <class Stored>
+std::vector<Stored> solid_numbers(StillRun const& run, RowBuffer<Stored> const& row)
+{
+    std::vector<Stored> numbers;
+    for (auto const* of : {&row.fraction, &row.weight, &row.open, &row.ease})
+        numbers.insert(numbers.end(), of->begin() + run.begin, of->begin() + run.end);
+    return numbers;
+}
+
+//! Of a row of solids at rest, in StillNumbers: of its slots, and those of the next row, which is alike.
+template <class Stored>
+class StillRowNumbers
+{
+ public:
+    //! nx cells, `stride` slots from row to row.
+    StillRowNumbers(RowBuffer<Stored> const& row, std::ptrdiff_t nx, std::ptrdiff_t stride, Relaxation const& r,
+                    bool les)
+        : row_(row), relaxation_(r), les_(les), solid_(static_cast<std::size_t>(stride))
+    {
+        for (auto const& run : row.runs)
+            for (std::ptrdiff_t x = run.begin; run.touched && x < std::min(run.end, nx); ++x)
+                solid_[static_cast<std::size_t>(x)] = row.fraction[static_cast<std::size_t>(x)] > 0;
+    }
+    //! Runs with solids, a register or more apart; without their numbers.
+    std::vector<StillRun> runs() const
+    {
+        constexpr auto lanes = StillNumbers<Stored>::lanes;
+        auto const stride = static_cast<std::ptrdiff_t>(solid_.size());
+        std::vector<StillRun> runs;
+        for (std::ptrdiff_t x = 0; x < stride; ++x) {
+            if (!solid_[static_cast<std::size_t>(x)]) continue;
+            if (runs.empty() || x - runs.back().end >= lanes) runs.push_back({x, x, true, 0});
+            runs.back().end = x + 1;
+        }
+        if (runs.empty() || runs.front().begin + stride - runs.back().end >= lanes) return runs;
+        if (runs.size() == 1) return {{0, stride, true, 0}};
+        runs.back().end = stride + runs.front().end;
+        runs.erase(runs.begin());
+        return runs;
+    }
+    std::vector<Stored> of(StillRun const& run) const
+    {
+        std::ptrdiff_t const length = StillNumbers<Stored>::length(run),
+                             first = run.begin - StillNumbers<Stored>::lanes;
+        std::vector<Stored> numbers(static_cast<std::size_t>(still_numbers * length));
+        for (std::ptrdiff_t k = 0; k < length; ++k) {
+            auto const cell = of_slot(wrap(first + k, static_cast<std::ptrdiff_t>(solid_.size())));
+            for (std::ptrdiff_t number = 0; number < still_numbers; ++number)
+                numbers[static_cast<std::size_t>(number * length + k)] =
+                    static_cast<Stored>(cell[static_cast<std::size_t>(number)]);
+        }
+        return numbers;
+    }
+
+ private:
+    //! In the order of StillNumber.
+    std::array<double, still_numbers> of_slot(std::ptrdiff_t x) const
+    {
+        Relaxation const& r = relaxation_;
+        auto const at = static_cast<std::size_t>(x);
+        if (!solid_[at]) return {1, 1, 0, les_ ? 0 : r.shear, r.energy, r.square, r.flux};
+        double const fraction = row_.fraction[at], push = 2.0 * row_.weight[at], covered = 0.5 * push * fraction;
+        auto const rates = rates_beside(r, static_cast<double>(row_.open[at]));
+        // half of -2 B j before it, j what is left, and as much of the momentum as the odd part lets through
+        double const pull = 1 - 2 * covered / (1 - covered) * (1 / rates.flux - 0.5);
+        return {1 - covered,  pull,         push,      les_ && fraction <= eddy_free ? 0 : rates.shear,
+                rates.energy, rates.square, rates.flux};
+    }
+
+    RowBuffer<Stored> const& row_;
+    Relaxation const& relaxation_;
+    bool les_;
+    std::vector<char> solid_;
+};
+
+//! Whether the fluid's velocity changes how solids push it: then numbers do not tell all.
+template <int D, class Stored>
+bool is_eased(RowBuffer<Stored> const& row)
+{
+    return eased_by_inertia<D> && std::ranges::any_of(row.runs, [&](auto const& run) {
+               return run.touched && std::any_of(row.ease.begin() + run.begin, row.ease.begin() + run.end,
+                                                 [](Stored ease) { return ease != 0; });
+           });
+}
+
 }  // namespace
 
 //! Cuts the row into runs of blocks with and without solids.
@@ -318,13 +405,18 @@ template <int D>
 template <class Stored>
 void Solver<D>::list_still_rows()
 {
+    if (coverage_.patches().empty()) return;
     auto& buffer = row_buffer<Stored>();
     still_.typed<Stored>().rest.assign(static_cast<std::size_t>(layout_.most_in_row()), Stored{});
+    auto& numbers = still_.typed<Stored>().of_runs;
+    std::vector<StillRun> runs;
     for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
-        still_.start.push_back(static_cast<std::uint32_t>(still_.runs.size()));
         auto const strips = coverage_.row(r);
         std::ptrdiff_t const nx = layout_.row(r).cells;
-        if (strips.empty()) continue;
+        if (strips.empty()) {
+            still_.add_row({}, false);
+            continue;
+        }
         buffer.resize(layout_.most_in_row(), nx);
         begin_row(buffer, nx, strips, coverage_.strips(), [](auto&) {});
         write_covers(buffer, strips, coverage_.strips());
@@ -334,12 +426,22 @@ void Solver<D>::list_still_rows()
             add_strip(s, cover, {}, s.drag, 0.0, buffer);
             cover += s.whole_lanes();
         }
-        for (auto const& run : buffer.runs) {
+        for (auto const& run : buffer.runs)
             if (run.touched) find_weights<D>(run, relaxation_.tau, buffer);
-            still_.add_run(run.begin, run.end, run.touched, buffer.view());
+        bool const in_block = kernels_.still != nullptr && !is_eased<D>(buffer);
+        StillRowNumbers const of_row(buffer, nx, populations_.stride(r), relaxation_, config_.smagorinsky > 0);
+        if (in_block) {
+            runs = of_row.runs();
+            for (StillRun& run : runs) run.at = numbers.add(of_row.of(run));
+        } else {
+            runs.clear();
+            for (auto const& run : buffer.runs) {
+                runs.push_back({run.begin, run.end, run.touched, 0});
+                if (run.touched) runs.back().at = numbers.add(solid_numbers(runs.back(), buffer));
+            }
         }
+        still_.add_row(runs, in_block);
     }
-    still_.start.push_back(static_cast<std::uint32_t>(still_.runs.size()));
 }
 
 //! What is known of the solids of the rows after the next: short rows are too quick to be followed by the machine.
@@ -354,9 +456,9 @@ void Solver<D>::prefetch_next(std::ptrdiff_t r) const
         prefetch(s.listed, s.left + s.right);
         prefetch(&strip_load_[k], 1);
     }
-    for (StillRows::Run const& run : still_.of_row(std::min(r + 1, next)))
+    for (StillRun const& run : still_.runs_of(still_.row(std::min(r + 1, next))))
         if (run.touched) prefetch(still_.typed<Stored>().of_runs.data(run.at), 4 * (run.end - run.begin));
-    auto const runs = still_.of_row(next);
+    auto const runs = still_.runs_of(still_.row(next));
     if (!runs.empty()) prefetch(runs.data(), static_cast<std::ptrdiff_t>(runs.size()));
 }
 
@@ -371,14 +473,11 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, st
     prefetch_next<Stored>(r);
     SolidRow<Stored> solid = buffer.view();
     solid.momentum.fill(still_.typed<Stored>().rest.data());
-    for (StillRows::Run const& run : still_.of_row(r)) {
-        if (!run.touched) {
-            kernels_.fluid(slots, {run.begin, run.end}, relaxation, {});
-            continue;
-        }
-        covered_cells_[static_cast<std::size_t>(r)] += run.end - run.begin;
-        still_.point(run, solid);
-        kernels_.covered(slots, {run.begin, run.end}, relaxation, solid);
+    StillRows::Row const row = still_.row(r);
+    covered_cells_[static_cast<std::size_t>(r)] = row.touched;
+    for (StillRun const& run : still_.runs_of(row)) {
+        if (run.touched) still_.point(run, solid);
+        (run.touched ? kernels_.covered : kernels_.fluid)(slots, {run.begin, run.end}, relaxation, solid);
     }
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];
@@ -386,13 +485,44 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, st
     }
 }
 
+//! `count` rows that are alike, from r on.
+template <int D>
+template <class Stored>
+void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, AnySlots<D> const& slots)
+{
+    constexpr auto lanes = StillNumbers<Stored>::lanes;
+    auto& buffer = row_buffer<Stored>();
+    std::ptrdiff_t const nx = layout_.row(r).cells, stride = populations_.stride(r), room = count * stride + lanes;
+    SolidRow<Stored> solid;
+    for (std::size_t k = 0; k < 3; ++k) {
+        auto& force = buffer.block_force[k];
+        if (force.size() < static_cast<std::size_t>(room)) force.assign(static_cast<std::size_t>(room), Stored{});
+        solid.force[k] = force.data();
+    }
+    StillRows::Row const row = still_.row(r);
+    kernels_.still(
+        slots,
+        StillBlock<Stored>{nx, count, stride, still_.runs_of(row), still_.typed<Stored>().of_runs.data(0), solid.force},
+        of_row(r));
+    for (std::ptrdiff_t const last = r + count; r < last; ++r) {
+        covered_cells_[static_cast<std::size_t>(r)] = row.touched;
+        for (Stored* const force : solid.force) std::fill_n(force + nx, stride - nx, Stored{});  // of no cell
+        for (std::uint32_t const k : coverage_.row(r)) {
+            Strip<D> const& s = coverage_.strips()[k];
+            find_load<false>(s, s.listed, {}, solid, strip_load_[k]);  // patches list all their cells
+        }
+        for (Stored*& force : solid.force) force += stride;
+    }
+}
+
 template bool Solver<2>::all_rest(std::span<std::uint32_t const>) const;
 template bool Solver<3>::all_rest(std::span<std::uint32_t const>) const;
-#define LBM_COVERED_ROWS(D, Stored)                                                          \
-    template void Solver<D>::collide_covered_row<Stored>(std::ptrdiff_t, AnySlots<D> const&, \
-                                                         std::span<std::uint32_t const>);    \
-    template void Solver<D>::collide_still_row<Stored>(std::ptrdiff_t, AnySlots<D> const&,   \
-                                                       std::span<std::uint32_t const>);      \
+#define LBM_COVERED_ROWS(D, Stored)                                                                           \
+    template void Solver<D>::collide_covered_row<Stored>(std::ptrdiff_t, AnySlots<D> const&,                  \
+                                                         std::span<std::uint32_t const>);                     \
+    template void Solver<D>::collide_still_row<Stored>(std::ptrdiff_t, AnySlots<D> const&,                    \
+                                                       std::span<std::uint32_t const>);                       \
+    template void Solver<D>::collide_still_block<Stored>(std::ptrdiff_t, std::ptrdiff_t, AnySlots<D> const&); \
     template void Solver<D>::list_still_rows<Stored>();
 LBM_COVERED_ROWS(2, double)
 LBM_COVERED_ROWS(2, float)

@@ -2,6 +2,7 @@
 
 #include "participants/lbm/cell_row.hpp"
 #include "participants/lbm/config.hpp"
+#include "participants/lbm/still_cells.hpp"
 
 namespace lbm {
 
@@ -9,11 +10,15 @@ namespace lbm {
 template <int D>
 using Kernel = void (*)(AnySlots<D> const&, CellRows const&, Relaxation const&, AnySolidRow const&);
 
+template <int D>
+using StillKernel = void (*)(AnySlots<D> const&, AnyStillBlock const&, Relaxation const&);
+
 //! Those of a run: of cells without solids, and with them. What is stored as floats is computed with as floats.
 template <int D>
 struct Kernels
 {
     Kernel<D> fluid = nullptr, covered = nullptr;
+    StillKernel<D> still = nullptr;  //!< of rows in which solids rest; in space, but for central moments
 };
 
 //! Defined for the plane and for space in files of their own: compiling them takes a while.

@@ -1,16 +1,22 @@
 #pragma once
 
-#include "participants/lbm/collide_space.hpp"
+#include "participants/lbm/collide_still.hpp"
 #include "participants/lbm/kernels.hpp"
 
 namespace lbm {
 
 template <class Stored, bool Les, bool Split, bool Central, bool Force, bool Frame>
-constexpr Kernels<3> kernels = {
-    collide<Features{.les = Les, .force = Force, .split = Split, .frame = Frame, .central = Central}, Lanes<Stored>,
-            Stored>,
-    collide<Features{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame, .central = Central},
-            Lanes<Stored>, Stored>};
+constexpr Kernels<3> kernels_with()
+{
+    constexpr Features fluid{.les = Les, .force = Force, .split = Split, .frame = Frame, .central = Central},
+        covered{.les = Les, .force = Force, .grains = true, .split = Split, .frame = Frame, .central = Central},
+        still{.les = Les, .force = Force, .grains = true, .still = true, .split = Split, .frame = Frame};
+    Kernels<3> all{collide<fluid, Lanes<Stored>, Stored>, collide<covered, Lanes<Stored>, Stored>};
+    if constexpr (!Central) all.still = collide_still<fluid, still, Stored>;
+    return all;
+}
+template <class Stored, bool Les, bool Split, bool Central, bool Force, bool Frame>
+constexpr Kernels<3> kernels = kernels_with<Stored, Les, Split, Central, Force, Frame>();
 
 template <class Stored, bool Les, bool Split, bool Central>
 Kernels<3> chosen(Features const& f)

@@ -283,30 +283,35 @@ void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
     }
 }
 
-//! A row, or several from it on that lie in line and are without solids; returns how many.
+//! A row, or several from it on that lie in line and are alike: without solids, or with such that rest. Returns how
+//! many.
 template <int D>
 std::ptrdiff_t Solver<D>::collide_from(std::ptrdiff_t r, std::ptrdiff_t end)
 {
     AnySlots<D> const slots = populations_.row(r);
-    covered_cells_[static_cast<std::size_t>(r)] = 0;
+    auto const is_fine = [&](std::ptrdiff_t row) { return phase_ && phase_->reaches(row); };
+    auto const is_alike = [&](std::ptrdiff_t row) {
+        auto const strips = coverage_.row(row);
+        return still_.row(row) == still_.row(r) && (strips.empty() || all_rest(strips)) && !is_fine(row);
+    };
     auto const strips = coverage_.row(r);
-    bool const fine = phase_ && phase_->reaches(r);
-    if (fine || !strips.empty()) {
-        bool const still = !fine && all_rest(strips);
+    bool const moving = is_fine(r) || !(strips.empty() || all_rest(strips));
+    if (moving || (!strips.empty() && !still_.row(r).in_block)) {
         populations_.visit([&]<class Stored>(Rows<D, Stored> const&) {
-            still ? collide_still_row<Stored>(r, slots, strips) : collide_covered_row<Stored>(r, slots, strips);
+            moving ? collide_covered_row<Stored>(r, slots, strips) : collide_still_row<Stored>(r, slots, strips);
         });
         return 1;
     }
     std::ptrdiff_t const most = turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
-    CellRows cells{0, layout_.row(r).cells, 1, populations_.stride(r)};
-    for (; cells.count < most; ++cells.count) {
-        std::ptrdiff_t const next = r + cells.count;
-        if (!coverage_.row(next).empty() || (phase_ && phase_->reaches(next))) break;
-        covered_cells_[static_cast<std::size_t>(next)] = 0;
+    std::ptrdiff_t count = 1;
+    while (count < most && is_alike(r + count)) ++count;
+    if (!strips.empty()) {
+        populations_.visit([&]<class Stored>(Rows<D, Stored> const&) { collide_still_block<Stored>(r, count, slots); });
+        return count;
     }
-    kernels_.fluid(slots, cells, of_row(r), {});
-    return cells.count;
+    std::fill_n(covered_cells_.begin() + r, count, 0);
+    kernels_.fluid(slots, {0, layout_.row(r).cells, count, populations_.stride(r)}, of_row(r), {});
+    return count;
 }
 
 template <int D>

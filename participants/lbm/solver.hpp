@@ -151,6 +151,8 @@ class Solver
     void prefetch_next(std::ptrdiff_t r) const;
     template <class Stored>
     void collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
+    template <class Stored>
+    void collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, AnySlots<D> const& slots);
     bool sum_loads();
     void add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const;
     std::vector<Motion> exchanged();

@@ -5,30 +5,30 @@
 #include <tuple>
 #include <vector>
 
-#include "participants/lbm/cell_row.hpp"
 #include "participants/lbm/shared_runs.hpp"
+#include "participants/lbm/still_cells.hpp"
 
 namespace lbm {
 
-//! What the collision needs of rows in which all solids rest (SolidRow), found once.
+//! What the collision needs of rows in which all solids rest, found once.
 struct StillRows
 {
-    //! Cells [begin, end) of a row, with or without solids.
-    struct Run
+    //! Rows with equal ones are alike.
+    struct Row
     {
-        std::ptrdiff_t begin, end;
-        bool touched;
-        std::size_t at;  //!< in Numbers::of_runs
+        std::uint32_t at = 0, count = 0;  //!< in runs
+        std::int32_t touched = 0;         //!< cells of runs with solids
+        bool in_block = false;  //!< collides in a StillBlock; else run by run, those with solids as a SolidRow
+        bool operator==(Row const&) const = default;
     };
-    //! Of runs with solids: fractions, weights, open shares and eases.
     template <class Stored>
     struct Numbers
     {
-        SharedRuns<Stored> of_runs{};
-        std::vector<Stored> rest{};  //!< momentum of solids in a row: none
+        SharedRuns<Stored> of_runs{};  //!< with solids: StillNumbers; or fractions, weights, open shares and eases
+        std::vector<Stored> rest{};    //!< momentum of solids in a row: none
     };
-    std::vector<Run> runs{};
-    std::vector<std::uint32_t> start{};                     //!< for each row, in runs; and its end
+    std::vector<Row> rows{};  //!< unless there are no solids at rest
+    SharedRuns<StillRun> runs{};
     std::tuple<Numbers<double>, Numbers<float>> numbers{};  //!< those of the type that is stored
 
     template <class Stored>
@@ -41,26 +41,20 @@ struct StillRows
     {
         return std::get<Numbers<Stored>>(numbers);
     }
-    std::span<Run const> of_row(std::ptrdiff_t r) const noexcept
+    Row row(std::ptrdiff_t r) const noexcept { return rows.empty() ? Row{} : rows[static_cast<std::size_t>(r)]; }
+    std::span<StillRun const> runs_of(Row const& row) const noexcept { return {runs.data(row.at), row.count}; }
+    void add_row(std::span<StillRun const> of_row, bool in_block)
     {
-        auto const at = static_cast<std::size_t>(r);
-        return {runs.data() + start[at], runs.data() + start[at + 1]};
-    }
-    template <class Stored>
-    void add_run(std::ptrdiff_t begin, std::ptrdiff_t end, bool touched, SolidRow<Stored> const& row)
-    {
-        std::size_t at = 0;
-        if (touched) {
-            std::vector<Stored> run;
-            for (Stored const* from : {row.fraction, row.weight, row.open, row.ease})
-                run.insert(run.end(), from + begin, from + end);
-            at = typed<Stored>().of_runs.add(run);
-        }
-        runs.push_back({begin, end, touched, at});
+        Row row{.in_block = in_block};
+        if (!of_row.empty()) row.at = static_cast<std::uint32_t>(runs.add(of_row));
+        row.count = static_cast<std::uint32_t>(of_row.size());
+        for (StillRun const& run : of_row)
+            if (run.touched) row.touched += static_cast<std::int32_t>(run.end - run.begin);
+        rows.push_back(row);
     }
     //! Lets a row's arrays be those of a run.
     template <class Stored>
-    void point(Run const& run, SolidRow<Stored>& row) const noexcept
+    void point(StillRun const& run, SolidRow<Stored>& row) const noexcept
     {
         std::ptrdiff_t const cells = run.end - run.begin;
         row.fraction = typed<Stored>().of_runs.data(run.at) - run.begin;
@@ -70,7 +64,8 @@ struct StillRows
     }
     std::size_t bytes() const noexcept
     {
-        return typed<double>().of_runs.bytes() + typed<float>().of_runs.bytes() + sizeof(Run) * runs.size();
+        return typed<double>().of_runs.bytes() + typed<float>().of_runs.bytes() + runs.bytes() +
+               sizeof(Row) * rows.size();
     }
 };
 
