@@ -5,6 +5,7 @@
 
 #include "participants/lbm/solid_weight.hpp"
 #include "participants/lbm/solver.hpp"
+#include "participants/lbm/still_numbers.hpp"
 
 namespace lbm {
 namespace {
@@ -264,71 +265,16 @@ std::vector<Stored> solid_numbers(StillRun const& run, RowBuffer<Stored> const& 
     return numbers;
 }
 
-//! Of a row of solids at rest, in StillNumbers: of its slots, and those of the next row, which is alike.
+//! Of each slot up to the next row's cell x = 0, whether it is a cell with solid.
 template <class Stored>
-class StillRowNumbers
+std::vector<char> cells_with_solid(RowBuffer<Stored> const& row, std::ptrdiff_t nx, std::ptrdiff_t stride)
 {
- public:
-    //! nx cells, `stride` slots from row to row.
-    StillRowNumbers(RowBuffer<Stored> const& row, std::ptrdiff_t nx, std::ptrdiff_t stride, Relaxation const& r,
-                    bool les)
-        : row_(row), relaxation_(r), les_(les), solid_(static_cast<std::size_t>(stride))
-    {
-        for (auto const& run : row.runs)
-            for (std::ptrdiff_t x = run.begin; run.touched && x < std::min(run.end, nx); ++x)
-                solid_[static_cast<std::size_t>(x)] = row.fraction[static_cast<std::size_t>(x)] > 0;
-    }
-    //! Runs with solids, a register or more apart; without their numbers.
-    std::vector<StillRun> runs() const
-    {
-        constexpr auto lanes = StillNumbers<Stored>::lanes;
-        auto const stride = static_cast<std::ptrdiff_t>(solid_.size());
-        std::vector<StillRun> runs;
-        for (std::ptrdiff_t x = 0; x < stride; ++x) {
-            if (!solid_[static_cast<std::size_t>(x)]) continue;
-            if (runs.empty() || x - runs.back().end >= lanes) runs.push_back({x, x, true, 0});
-            runs.back().end = x + 1;
-        }
-        if (runs.empty() || runs.front().begin + stride - runs.back().end >= lanes) return runs;
-        if (runs.size() == 1) return {{0, stride, true, 0}};
-        runs.back().end = stride + runs.front().end;
-        runs.erase(runs.begin());
-        return runs;
-    }
-    std::vector<Stored> of(StillRun const& run) const
-    {
-        std::ptrdiff_t const length = StillNumbers<Stored>::length(run),
-                             first = run.begin - StillNumbers<Stored>::lanes;
-        std::vector<Stored> numbers(static_cast<std::size_t>(still_numbers * length));
-        for (std::ptrdiff_t k = 0; k < length; ++k) {
-            auto const cell = of_slot(wrap(first + k, static_cast<std::ptrdiff_t>(solid_.size())));
-            for (std::ptrdiff_t number = 0; number < still_numbers; ++number)
-                numbers[static_cast<std::size_t>(number * length + k)] =
-                    static_cast<Stored>(cell[static_cast<std::size_t>(number)]);
-        }
-        return numbers;
-    }
-
- private:
-    //! In the order of StillNumber.
-    std::array<double, still_numbers> of_slot(std::ptrdiff_t x) const
-    {
-        Relaxation const& r = relaxation_;
-        auto const at = static_cast<std::size_t>(x);
-        if (!solid_[at]) return {1, 1, 0, les_ ? 0 : r.shear, r.energy, r.square, r.flux};
-        double const fraction = row_.fraction[at], push = 2.0 * row_.weight[at], covered = 0.5 * push * fraction;
-        auto const rates = rates_beside(r, static_cast<double>(row_.open[at]));
-        // half of -2 B j before it, j what is left, and as much of the momentum as the odd part lets through
-        double const pull = 1 - 2 * covered / (1 - covered) * (1 / rates.flux - 0.5);
-        return {1 - covered,  pull,         push,      les_ && fraction <= eddy_free ? 0 : rates.shear,
-                rates.energy, rates.square, rates.flux};
-    }
-
-    RowBuffer<Stored> const& row_;
-    Relaxation const& relaxation_;
-    bool les_;
-    std::vector<char> solid_;
-};
+    std::vector<char> has_solid(static_cast<std::size_t>(stride));
+    for (auto const& run : row.runs)
+        for (std::ptrdiff_t x = run.begin; run.touched && x < std::min(run.end, nx); ++x)
+            has_solid[static_cast<std::size_t>(x)] = row.fraction[static_cast<std::size_t>(x)] > 0;
+    return has_solid;
+}
 
 //! Whether the fluid's velocity changes how solids push it: then numbers do not tell all.
 template <int D, class Stored>
@@ -429,15 +375,16 @@ void Solver<D>::list_still_rows()
         for (auto const& run : buffer.runs)
             if (run.touched) find_weights<D>(run, relaxation_.tau, buffer);
         bool const in_block = kernels_.still != nullptr && !is_eased<D>(buffer);
-        StillRowNumbers const of_row(buffer, nx, populations_.stride(r), relaxation_, config_.smagorinsky > 0);
+        runs.clear();
         if (in_block) {
+            StillRowNumbers const of_row(buffer.view(), cells_with_solid(buffer, nx, populations_.stride(r)),
+                                         relaxation_, config_.smagorinsky > 0);
             runs = of_row.runs();
-            for (StillRun& run : runs) run.at = numbers.add(of_row.of(run));
+            for (StillRun& run : runs) run.at = numbers.add(of_row.numbers(run));
         } else {
-            runs.clear();
-            for (auto const& run : buffer.runs) {
-                runs.push_back({run.begin, run.end, run.touched, 0});
-                if (run.touched) runs.back().at = numbers.add(solid_numbers(runs.back(), buffer));
+            for (auto const& [begin, end, touched] : buffer.runs) {
+                runs.push_back({begin, end, touched, 0});
+                if (touched) runs.back().at = numbers.add(solid_numbers(runs.back(), buffer));
             }
         }
         still_.add_row(runs, in_block);
