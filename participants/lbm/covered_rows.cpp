@@ -423,8 +423,12 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, st
     StillRows::Row const row = still_.row(r);
     covered_cells_[static_cast<std::size_t>(r)] = row.touched;
     for (StillRun const& run : still_.runs_of(row)) {
-        if (run.touched) still_.point(run, solid);
-        (run.touched ? kernels_.covered : kernels_.fluid)(slots, {run.begin, run.end}, relaxation, solid);
+        if (!run.touched) {
+            kernels_.fluid(slots, {run.begin, run.end}, relaxation, {});
+            continue;
+        }
+        still_.point(run, solid);
+        kernels_.covered(slots, {run.begin, run.end}, relaxation, solid);
     }
     for (std::uint32_t const k : strips) {
         Strip<D> const& s = coverage_.strips()[k];

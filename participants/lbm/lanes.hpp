@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 #if defined(__AVX__)
 #include <immintrin.h>
 #endif
@@ -105,12 +106,21 @@ template <class V>
     return numbers;
 }
 
-//! Pairs first, then pairs of those.
+//! Numbers k and k + N/2 of N first, then the same of these sums.
+template <std::size_t... K>
+[[gnu::always_inline]] inline double sum_of(Lanes<double>::Part<2 * sizeof...(K)> v, std::index_sequence<K...>) noexcept
+{
+    constexpr int half = sizeof...(K);
+    if constexpr (half == 1)
+        return v[0] + v[1];
+    else
+        return sum_of(__builtin_shufflevector(v, v, static_cast<int>(K)...) +
+                          __builtin_shufflevector(v, v, static_cast<int>(K) + half...),
+                      std::make_index_sequence<half / 2>());
+}
 [[gnu::always_inline]] inline double sum_of(Lanes<double> v) noexcept
 {
-    for (std::size_t n = Lanes<double>::count / 2; n > 0; n /= 2)
-        for (std::size_t k = 0; k < n; ++k) v.all[k] += v.all[k + n];
-    return v.all[0];
+    return sum_of(v.all, std::make_index_sequence<Lanes<double>::count / 2>());
 }
 
 //! N numbers as another type, rounded to the nearest where it is shorter.

@@ -233,8 +233,8 @@ bool holds_solid(Box const& box, std::vector<Cover> const& cover, Extent const& 
     return false;
 }
 
-//! Makes rows of boxes with solids longer, into dead cells, to whole registers where there is room: they collide one by
-//! one, and their last cells are slow else.
+//! Makes rows of boxes with solids longer, into dead cells, to whole registers where there is room: in the plane they
+//! collide one by one, and their last cells are slow else.
 void fill_registers(std::vector<Box>& boxes, std::vector<Cover> const& cover, Extent const& n)
 {
     constexpr std::ptrdiff_t lanes = 8;  // cells that are computed with at once
@@ -268,7 +268,7 @@ std::vector<Box> live_boxes(Extent const& n, std::array<bool, 3> const& periodic
     if (left_out < (1 - worth) * static_cast<double>(dead.size())) return {all};
     Boxes cut = cut_up(runs_between(dead, n));
     if (cut.boxes.empty() || cut.cost > worth * cost({{0, 0, 0}, n})) return {all};
-    fill_registers(cut.boxes, cover, n);
+    if (D == 2) fill_registers(cut.boxes, cover, n);
     return cut.boxes;
 }
 
