@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <limits>
 
 #include "participants/lbm/lanes.hpp"
 #include "participants/lbm/populations.hpp"
@@ -83,19 +84,39 @@ struct SolidCell
     }
 };
 
+//! Something that is to be done while a kernel goes through rows.
+struct OnTheWay
+{
+    //! When it is about to read these cells, or later ones [slots from the first row's cell x = 0 on].
+    std::ptrdiff_t due = std::numeric_limits<std::ptrdiff_t>::max();
+    void (*act)(OnTheWay&, std::ptrdiff_t at) = nullptr;  //!< does it, and says when next
+
+    //! The kernel is about to read the cells from `at` on, and may have to write those of one register before.
+    [[gnu::always_inline]] void reach(std::ptrdiff_t at)
+    {
+        if (at >= due) [[unlikely]]
+            act(*this, at);
+    }
+};
+
 //! The cells [begin, end) of a row, or of several rows that are alike, `stride` apart in memory. With solids, or in a
 //! frame that turns, of one. Of several, what lies between one row's end and the next one's begin may change as well.
 struct CellRows
 {
     std::ptrdiff_t begin, end;
     std::ptrdiff_t count = 1, stride = 0;  //!< rows; slots
+    OnTheWay* on_the_way = nullptr;
 
     //! Calls each(x) for registers of so many cells, row by row, x from the first row's cell x = 0 on.
     template <std::ptrdiff_t lanes, class Each>
     [[gnu::always_inline]] void each_register(Each&& each) const
     {
+        OnTheWay nothing, &way = on_the_way ? *on_the_way : nothing;
         for (std::ptrdiff_t k = 0, row = 0; k < count; ++k, row += stride)
-            for (std::ptrdiff_t x = begin; x < end; x += lanes) each(row + x);
+            for (std::ptrdiff_t x = begin; x < end; x += lanes) {
+                way.reach(row + x);
+                each(row + x);
+            }
     }
 };
 
@@ -176,11 +197,12 @@ template <int D, bool grains, class V, class Stored, class Collide>
     constexpr auto lanes = static_cast<std::ptrdiff_t>(V::count);
     assert(!grains || rows.count == 1);
     if (rows.count > 1 && (rows.end - rows.begin) % lanes != 0)  // cheaper than the last ones of each as a copy
-        rows = {rows.begin, (rows.count - 1) * rows.stride + rows.end};
+        rows = {rows.begin, (rows.count - 1) * rows.stride + rows.end, 1, 0, rows.on_the_way};
     std::ptrdiff_t const end = rows.end, whole = rows.begin + (end - rows.begin) / lanes * lanes;
     rows.end = whole;
     if (whole > rows.begin) collide(slots, solid, rows, 0);
     if (whole == end) return;
+    if (rows.on_the_way) rows.on_the_way->reach(whole);
     CellRows const last{0, lanes};
     FirstLanes<Stored> const here(end - whole);
     RowEndCells<D, Stored> cells(slots, whole, here);

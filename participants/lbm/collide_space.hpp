@@ -402,9 +402,12 @@ void collide_whole(Slots<3, Stored> const& slots, SolidRow<Stored> const& row, C
     } else {
         std::ptrdiff_t at = cells.begin, x = cells.begin + lanes;
         SolidCell<3, V> none;
+        OnTheWay nothing, &way = cells.on_the_way ? *cells.on_the_way : nothing;
+        way.reach(at);
         SpaceChange<F.frame, V> now = found_at(at, none);
         for (std::ptrdiff_t k = 0, row = 0; k < cells.count; ++k, row += cells.stride, x = cells.begin)
             for (; x < cells.end; x += lanes) {
+                way.reach(row + x);
                 SpaceChange<F.frame, V> const next = found_at(row + x, none);
                 change_at(at, now, none);
                 now = next, at = row + x;

@@ -55,6 +55,20 @@ struct Lattice<3>
         1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36, 1.0 / 36};
 };
 
+//! How many directions move along x.
+template <int D>
+inline constexpr std::ptrdiff_t along_x = D == 2 ? 6 : 10;
+
+//! The place of each of them among these, those up x first.
+template <int D>
+inline constexpr auto place_along_x = [] {
+    std::array<std::ptrdiff_t, Lattice<D>::directions> places{};
+    std::ptrdiff_t up = 0, down = along_x<D> / 2;
+    for (std::size_t q = 0; q < places.size(); ++q)
+        if (int const along = Lattice<D>::c[q][0]; along != 0) places[q] = along > 0 ? up++ : down++;
+    return places;
+}();
+
 //! How a body turns: about the normal of the plane, or about any axis.
 template <int D>
 inline constexpr std::size_t spins = D == 2 ? 1 : 3;

@@ -63,9 +63,7 @@ Populations<D>::Populations(Layout const& layout, Precision precision, sluice::T
 {
     std::ptrdiff_t length = 0;
     for (Box const& box : layout.boxes()) length = add_box(box.size, length);
-    for (Ends& ends : ends_)
-        for (std::size_t q = 0; q < directions; ++q)
-            if (Lattice<D>::c[q][0] != 0) ends[q].resize(static_cast<std::size_t>(rows()) * bytes_of(precision));
+    for (auto& ends : ends_) ends.resize(static_cast<std::size_t>(rows() * along_x<D>) * bytes_of(precision));
     bytes_ = (static_cast<std::size_t>(length) * bytes_of(precision) + huge_page - 1) / huge_page * huge_page;
     memory_.reset(static_cast<std::byte*>(std::aligned_alloc(huge_page, bytes_)));
     sluice::require(memory_ != nullptr, [&] {

@@ -103,8 +103,7 @@ class Populations
     std::size_t bytes() const noexcept
     {
         std::size_t all = bytes_;
-        for (Ends const& ends : ends_)
-            for (auto const& of_direction : ends) all += of_direction.size();
+        for (auto const& ends : ends_) all += ends.size();
         return all;
     }
 
@@ -170,10 +169,10 @@ class Populations
     std::ptrdiff_t line_;  //!< populations in a cache line
     std::size_t bytes_ = 0;
     std::unique_ptr<std::byte, Free> memory_;
-    std::vector<Arrays> arrays_;  //!< for each box
-    using Ends = std::array<std::vector<std::byte>, directions>;
-    std::array<Ends, 2> ends_;  //!< of directions that move along x, of all rows: of the last step, and of this one
-    std::ptrdiff_t drift_ = 0;  //!< steps since rows were moved back
+    std::vector<Arrays> arrays_;                  //!< for each box
+    std::array<std::vector<std::byte>, 2> ends_;  //!< shape [row][direction that moves along x]: of the last step, and
+                                                  //!< of this one
+    std::ptrdiff_t drift_ = 0;                    //!< steps since rows were moved back
 };
 
 //! Populations as the type that they are stored as: float or double, or const of these.
@@ -202,13 +201,20 @@ class Rows
         auto const [box, y, z] = of_->place(r);
         return at(box, q, y, z);
     }
+    std::ptrdiff_t stride(std::ptrdiff_t r) const noexcept { return of_->stride(r); }
     Slots<D, Stored> row(std::ptrdiff_t r) const noexcept { return typed<D, Stored>(of_->row(r)); }
 
-    //! Of all rows, what left them at the end that a direction, one that moves along x, leaves them by in the last
-    //! step.
-    Stored const* ends(std::size_t q) const noexcept
+    //! What left row r in the last step at one of its ends, of a direction that moves along x; of the next row it is
+    //! along_x<D> further.
+    Stored const* end(std::size_t q, std::ptrdiff_t r) const noexcept
     {
-        return reinterpret_cast<Stored const*>(of_->ends_[0][q].data());
+        return reinterpret_cast<Stored const*>(of_->ends_[0].data()) + r * along_x<D> + place_along_x<D>[q];
+    }
+    //! Where what leaves row r at its ends is noted for the next step, shape [direction that moves along x], in the
+    //! order of place_along_x.
+    Stored* leaving(std::ptrdiff_t r) const noexcept
+    {
+        return reinterpret_cast<Stored*>(of_->ends_[1].data()) + r * along_x<D>;
     }
     //! Rows of one direction in a plane of a box, from one on upward.
     class Column
@@ -245,10 +251,10 @@ class Rows
             next = std::min(end, begin + size[1] - y);
             for (std::size_t q = 0; q < Lattice<D>::directions; ++q) {
                 if (Lattice<D>::c[q][0] == 0) continue;
-                auto* const ends = reinterpret_cast<Stored*>(of_->ends_[1][q].data());
                 std::ptrdiff_t const x = Lattice<D>::c[q][0] > 0 ? size[0] - 1 : 0;
                 Column from = column(box, q, y, z);
-                for (std::ptrdiff_t r = begin; r < next; ++r, from.up()) ends[r] = from.first()[x];
+                for (std::ptrdiff_t r = begin; r < next; ++r, from.up())
+                    leaving(r)[place_along_x<D>[q]] = from.first()[x];
             }
         }
     }

@@ -7,8 +7,8 @@
 namespace lbm {
 namespace {
 
-//! Twice the sum of numbers, and of each times its index.
-template <class Stored>
+//! Twice the sum of numbers that are so far apart, and of each times its index.
+template <std::ptrdiff_t apart, class Stored>
 [[gnu::always_inline]] inline std::array<double, 2> twice_the_sum(Stored const* numbers, std::ptrdiff_t count)
 {
     using V = Lanes<double>;
@@ -19,14 +19,18 @@ template <class Stored>
     if (count >= lanes) {
         V sum, moment, index = counted_from<V>(0);
         for (; k + lanes <= count; k += lanes) {
-            auto const f = load<V>(numbers + k);
+            V f;
+            if constexpr (apart == 1)
+                f = load<V>(numbers + k);
+            else
+                for (std::ptrdiff_t i = 0; i < lanes; ++i) f.all[i] = numbers[(k + i) * apart];
             sum = sum + f;
             moment = madd(index, f, moment);
             index = index + static_cast<double>(lanes);
         }
         total = {sum_of(sum), sum_of(moment)};
     }
-    for (; k < count; ++k) total[0] += numbers[k], total[1] += static_cast<double>(k) * numbers[k];
+    for (; k < count; ++k) total[0] += numbers[k * apart], total[1] += static_cast<double>(k) * numbers[k * apart];
     return {2 * total[0], 2 * total[1]};
 }
 
@@ -42,13 +46,13 @@ class RimLoads<D>::Sum
     template <class Stored>
     void add_row(Link const& link, Stored const* numbers)
     {
-        auto const [sum, moment] = twice_the_sum(numbers, link.cells);
+        auto const [sum, moment] = twice_the_sum<1>(numbers, link.cells);
         add(link, sum, moment, 0);
     }
     template <class Stored>
     void add_ends(Link const& link, Stored const* numbers)
     {
-        auto const [sum, moment] = twice_the_sum(numbers, rim_.rows);
+        auto const [sum, moment] = twice_the_sum<along_x<D>>(numbers, rim_.rows);
         add(link, sum, 0, moment);
     }
     Load load() const
@@ -135,6 +139,7 @@ bool RimLoads<D>::is_next(Rim const& rim, Rim const& last) const
 template <int D>
 void RimLoads<D>::find(Populations<D> const& populations, std::ptrdiff_t begin, std::ptrdiff_t end)
 {
+    if (rims_.empty()) return;
     for (std::size_t k = start_[static_cast<std::size_t>(begin)]; k < start_[static_cast<std::size_t>(end)]; ++k) {
         Rim& rim = rims_[k];
         if (rim.ends) continue;
@@ -158,7 +163,7 @@ void RimLoads<D>::add_parts(Populations<D> const& populations, std::size_t first
         if (rim.ends) {
             Sum sum(rim);
             populations.visit([&](auto const& rows) {
-                for (Link const& link : rim.links) sum.add_ends(link, rows.ends(link.direction) + rim.row);
+                for (Link const& link : rim.links) sum.add_ends(link, rows.end(link.direction, rim.row));
             });
             load = sum.load();
         }

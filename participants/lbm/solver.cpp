@@ -6,6 +6,7 @@
 
 #include "coupler/base/error.hpp"
 #include "participants/lbm/live_cells.hpp"
+#include "participants/lbm/row_ends.hpp"
 
 namespace lbm {
 namespace {
@@ -226,6 +227,7 @@ void Solver<D>::step()
     share_.rebuilt_bodies = static_cast<double>(rebuilt) / std::max(1.0, static_cast<double>(bodies_.size()));
     strip_load_.resize(coverage_.strips().size());
     if (phase_) phase_->spread();
+    std::fill(covered_cells_.begin(), covered_cells_.end(), 0);
     collide_rows();
     note_held();
     if (phase_) phase_->gather(team_);
@@ -273,44 +275,76 @@ void Solver<D>::collide_rows()
 template <int D>
 void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
 {
-    std::ptrdiff_t const at_once = rows_at_once(layout_);
     for (std::ptrdiff_t next = begin; begin < end; begin = next) {
-        next = std::min(begin + at_once, end);
-        if (!complete_) enter_rows(begin, next);
-        for (std::ptrdiff_t r = begin; r < next;) r += collide_from(r, next);
+        next += rows_without_solids(begin, end);
+        if (next > begin) {
+            collide_fluid_rows(begin, next);
+        } else {
+            std::ptrdiff_t const most = std::min(end, begin + rows_at_once(layout_));
+            while (next < most && has_solids(next)) ++next;
+            collide_solid_rows(begin, next);
+        }
         rim_loads_.find(populations_, begin, next);
-        populations_.visit([&](auto const& rows) { rows.note_ends(begin, next); });
     }
 }
 
-//! A row, or several from it on that lie in line and are alike: without solids, or with such that rest. Returns how
-//! many.
 template <int D>
+bool Solver<D>::has_solids(std::ptrdiff_t r) const
+{
+    return !coverage_.row(r).empty() || (phase_ && phase_->reaches(r));
+}
+
+//! How many rows from r on lie in line and are without solids.
+template <int D>
+std::ptrdiff_t Solver<D>::rows_without_solids(std::ptrdiff_t r, std::ptrdiff_t end) const
+{
+    std::ptrdiff_t const most = turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
+    if (coverage_.strips().empty() && !phase_) return most;
+    std::ptrdiff_t count = 0;
+    while (count < most && !has_solids(r + count)) ++count;
+    return count;
+}
+
+//! Rows that lie in line.
+template <int D>
+void Solver<D>::collide_fluid_rows(std::ptrdiff_t begin, std::ptrdiff_t end)
+{
+    bool const on_the_way = !complete_ && !has_openings(walls_);  // what openings note needs all of a row
+    if (!complete_ && !on_the_way) enter_rows(begin, end);
+    populations_.visit([&]<class Stored>(Rows<D, Stored> const& rows) {
+        RowEnds<D, Stored> ends(rows, walls_, begin, end, on_the_way);
+        kernels_.fluid(populations_.row(begin), {0, rows.nx(begin), end - begin, rows.stride(begin), &ends},
+                       of_row(begin), {});
+        ends.finish();
+    });
+}
+
+template <int D>
+void Solver<D>::collide_solid_rows(std::ptrdiff_t begin, std::ptrdiff_t end)
+{
+    if (!complete_) enter_rows(begin, end);
+    populations_.visit([&]<class Stored>(Rows<D, Stored> const& rows) {
+        for (std::ptrdiff_t r = begin; r < end;) r += collide_from<Stored>(r, end);
+        rows.note_ends(begin, end);
+    });
+}
+
+//! A row with solids, or several from it on that lie in line, are alike and rest; returns how many.
+template <int D>
+template <class Stored>
 std::ptrdiff_t Solver<D>::collide_from(std::ptrdiff_t r, std::ptrdiff_t end)
 {
     AnySlots<D> const slots = populations_.row(r);
-    auto const is_fine = [&](std::ptrdiff_t row) { return phase_ && phase_->reaches(row); };
-    auto const is_alike = [&](std::ptrdiff_t row) {
-        auto const strips = coverage_.row(row);
-        return still_.row(row) == still_.row(r) && (strips.empty() || all_rest(strips)) && !is_fine(row);
-    };
     auto const strips = coverage_.row(r);
-    bool const moving = is_fine(r) || !(strips.empty() || all_rest(strips));
-    if (moving || (!strips.empty() && !still_.row(r).in_block)) {
-        populations_.visit([&]<class Stored>(Rows<D, Stored> const&) {
-            moving ? collide_covered_row<Stored>(r, slots, strips) : collide_still_row<Stored>(r, slots, strips);
-        });
-        return 1;
-    }
+    auto const rests = [&](std::ptrdiff_t row) {
+        return !(phase_ && phase_->reaches(row)) && all_rest(coverage_.row(row));
+    };
+    if (!rests(r)) return collide_covered_row<Stored>(r, slots, strips), 1;
+    if (!still_.row(r).in_block) return collide_still_row<Stored>(r, slots, strips), 1;
     std::ptrdiff_t const most = turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
     std::ptrdiff_t count = 1;
-    while (count < most && is_alike(r + count)) ++count;
-    if (!strips.empty()) {
-        populations_.visit([&]<class Stored>(Rows<D, Stored> const&) { collide_still_block<Stored>(r, count, slots); });
-        return count;
-    }
-    std::fill_n(covered_cells_.begin() + r, count, 0);
-    kernels_.fluid(slots, {0, layout_.row(r).cells, count, populations_.stride(r)}, of_row(r), {});
+    while (count < most && still_.row(r + count) == still_.row(r) && rests(r + count)) ++count;
+    collide_still_block<Stored>(r, count, slots);
     return count;
 }
 

@@ -141,6 +141,11 @@ class Solver
     void note_held();
     Boundary::Held held_in(std::ptrdiff_t r, std::ptrdiff_t x, std::size_t axis) const;
     void collide_run(std::ptrdiff_t begin, std::ptrdiff_t end);
+    bool has_solids(std::ptrdiff_t r) const;
+    std::ptrdiff_t rows_without_solids(std::ptrdiff_t r, std::ptrdiff_t end) const;
+    void collide_fluid_rows(std::ptrdiff_t begin, std::ptrdiff_t end);
+    void collide_solid_rows(std::ptrdiff_t begin, std::ptrdiff_t end);
+    template <class Stored>
     std::ptrdiff_t collide_from(std::ptrdiff_t r, std::ptrdiff_t end);
     template <class Stored>
     void collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);

@@ -285,31 +285,55 @@ Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings 
 
 namespace {
 
-//! What left the row that a link comes from, and those above it, as far as it left it at one of its ends.
+//! Where a row is in its box.
 template <int D, class Stored>
-Stored const* left_at_ends(Rows<D, Stored> const& p, Entrance const& link, std::ptrdiff_t y, std::ptrdiff_t z)
+std::array<std::ptrdiff_t, 2> place_in_box(Rows<D, Stored> const& p, std::ptrdiff_t r)
 {
-    auto const& c = Lattice<D>::c[link.from];
-    auto const box = static_cast<std::size_t>(link.box);
-    Extent const& size = p.layout().boxes()[box].size;
-    if (c[0] == 0 || link.cells > 1 || link.x + link.place[0] != (c[0] > 0 ? size[0] : -1)) return nullptr;
-    return p.ends(link.from) + p.layout().first_row(box) + (z + link.place[2] - c[2]) * size[1] + y + link.place[1] -
-           c[1];
+    Row const& row = p.layout().row(r);
+    Extent const& first = p.layout().boxes()[static_cast<std::size_t>(row.box)].first;
+    return {row.y - first[1], row.z - first[2]};
 }
 
-//! Cells of one direction side by side in a row.
+//! Whether a link's population left a row at one of its ends: then it is taken from where that was noted.
 template <int D, class Stored>
-void enter_piece(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link, Walls const& walls)
+bool left_at_end(Rows<D, Stored> const& p, Entrance const& link)
+{
+    int const along = Lattice<D>::c[link.from][0];
+    Extent const& size = p.layout().boxes()[static_cast<std::size_t>(link.box)].size;
+    return along != 0 && link.cells == 1 && link.x + link.place[0] == (along > 0 ? size[0] : -1);
+}
+
+//! Where the populations are that enter a row by a link.
+template <int D, class Stored>
+Stored const* source(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link)
+{
+    auto const [y, z] = place_in_box(p, r);
+    auto const box = static_cast<std::size_t>(link.box);
+    std::ptrdiff_t const from_y = y + link.place[1], from_z = z + link.place[2];
+    if (!left_at_end(p, link)) return p.at(box, link.from, from_y, from_z) + link.x + link.place[0];
+    auto const& c = Lattice<D>::c[link.from];
+    return p.end(link.from,
+                 p.layout().first_row(box) + (from_z - c[2]) * p.layout().boxes()[box].size[1] + from_y - c[1]);
+}
+
+}  // namespace
+
+template <int D, class Stored>
+Stored const* comes_from_end(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link)
+{
+    bool const first = link.x == 0 && Lattice<D>::c[link.into][0] > 0,
+               last = link.x == p.nx(r) - 1 && Lattice<D>::c[link.into][0] < 0;
+    bool const plain = link.kind != Border::inflow && link.kind != Border::pressure;
+    return (first || last) && plain && left_at_end(p, link) ? source(p, r, link) : nullptr;
+}
+
+template <int D, class Stored>
+void enter_link(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link, Walls const& walls)
 {
     Layout const& layout = p.layout();
     Row const& row = layout.row(r);
-    Extent const& first = layout.boxes()[static_cast<std::size_t>(row.box)].first;
     Stored* const in = p.row(link.into, r) + link.x;
-    std::ptrdiff_t const y = row.y - first[1], z = row.z - first[2];
-    Stored const* out = left_at_ends(p, link, y, z);
-    if (out == nullptr)
-        out = p.at(static_cast<std::size_t>(link.box), link.from, y + link.place[1], z + link.place[2]) + link.x +
-              link.place[0];
+    Stored const* const out = source(p, r, link);
     Boundary const& side = walls.side[link.across][Lattice<D>::c[link.into][link.across] > 0 ? 0 : 1];
     auto const cell = [&](std::ptrdiff_t k) { return Extent{row.first + link.x + k, row.y, row.z}; };
     if (link.kind == Border::inflow) {
@@ -322,24 +346,24 @@ void enter_piece(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& lin
                 side.turned[Lattice<D>::directions * place_beside(layout.cells(), link.across, cell(k)) + link.into] -
                 out[k]);
     } else {
-        for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + link.push);
+        double const push = link.push;
+        for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + push);
     }
 }
+
+namespace {
 
 //! One cell of each row from `begin` to `end`, one above the other in a box. Each is far from the last in memory: next
 //! to nothing is done between two, so that the machine waits for many at once.
 template <int D, class Stored>
 void enter_column(Rows<D, Stored> const& p, std::ptrdiff_t begin, std::ptrdiff_t end, Entrance const& link)
 {
-    Layout const& layout = p.layout();
-    Row const& row = layout.row(begin);
-    auto const box = static_cast<std::size_t>(row.box);
-    Extent const& first = layout.boxes()[box].first;
-    std::ptrdiff_t const y = row.y - first[1], z = row.z - first[2];
-    auto in = p.column(box, link.into, y, z);
-    if (auto const* left = left_at_ends(p, link, y, z)) {
-        for (std::ptrdiff_t r = begin; r < end; ++r, in.up())
-            in.first()[link.x] = static_cast<Stored>(*left++ + link.push);
+    auto const [y, z] = place_in_box(p, begin);
+    auto in = p.column(static_cast<std::size_t>(p.layout().row(begin).box), link.into, y, z);
+    if (left_at_end(p, link)) {
+        Stored const* left = source(p, begin, link);
+        for (std::ptrdiff_t r = begin; r < end; ++r, in.up(), left += along_x<D>)
+            in.first()[link.x] = static_cast<Stored>(*left + link.push);
         return;
     }
     auto out = p.column(static_cast<std::size_t>(link.box), link.from, y + link.place[1], z + link.place[2]);
@@ -364,7 +388,7 @@ void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t begin, std::ptr
                 enter_column(p, begin, next, link);
                 continue;
             }
-            for (std::ptrdiff_t r = begin; r < next; ++r) enter_piece(p, r, link, walls);
+            for (std::ptrdiff_t r = begin; r < next; ++r) enter_link(p, r, link, walls);
         }
     }
 }
@@ -390,13 +414,15 @@ void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls, Incom
 
 template Entrances find_entrances<2>(Walls const&, Layout const&, Surroundings const&);
 template Entrances find_entrances<3>(Walls const&, Layout const&, Surroundings const&);
-template void enter_from_outside(Rows<2, double> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);
-template void enter_from_outside(Rows<2, float> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);
-template void enter_from_outside(Rows<3, double> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);
-template void enter_from_outside(Rows<3, float> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);
-template void note_turned(Rows<2, double> const&, std::ptrdiff_t, Walls&, Incoming);
-template void note_turned(Rows<2, float> const&, std::ptrdiff_t, Walls&, Incoming);
-template void note_turned(Rows<3, double> const&, std::ptrdiff_t, Walls&, Incoming);
-template void note_turned(Rows<3, float> const&, std::ptrdiff_t, Walls&, Incoming);
+#define LBM_WALLS(D, Stored)                                                                                \
+    template Stored const* comes_from_end(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&);         \
+    template void enter_link(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&, Walls const&);        \
+    template void enter_from_outside(Rows<D, Stored> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&); \
+    template void note_turned(Rows<D, Stored> const&, std::ptrdiff_t, Walls&, Incoming);
+LBM_WALLS(2, double)
+LBM_WALLS(2, float)
+LBM_WALLS(3, double)
+LBM_WALLS(3, float)
+#undef LBM_WALLS
 
 }  // namespace lbm

@@ -109,7 +109,7 @@ template <int D>
 Entrances find_entrances(Walls const& walls, Layout const& layout, Surroundings const& around);
 
 //! Rewrites the populations that enter rows [begin, end) from outside of their box, before they collide, from the one
-//! that left into a ghost cell: into that of the box that it left; of one that left a row at its end, from Rows::ends.
+//! that left into a ghost cell: into that of the box that it left; of one that left a row at its end, from Rows::end.
 //! Cells that are not stored throw it back half-way. A wall or an inflow throws it back half-way and adds 6 w_q rho_0
 //! c_q.u (Ladd, J. Fluid Mech. 271 (1994) 285), so that what flows in is rho_0 u; a given density throws it back with
 //! the other sign and adds twice the even part of the equilibrium of that density and the cell's velocity, and (2 - s)
@@ -134,6 +134,15 @@ void each_beside(Layout const& layout, std::ptrdiff_t r, std::size_t axis, bool 
     if (from < 0 || to > row.cells) return;
     for (std::ptrdiff_t x = from; x < to; ++x) visit(x, place_beside(n, axis, {row.first + x, row.y, row.z}));
 }
+
+//! Where what enters a row at one of its ends was noted when it left one, if Entrance::push is all that is added to it;
+//! else nullptr. For the next row, if it is alike, it is along_x<D> further.
+template <int D, class Stored>
+Stored const* comes_from_end(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link);
+
+//! enter_from_outside() of one link of one row.
+template <int D, class Stored>
+void enter_link(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link, Walls const& walls);
 
 //! How a state begins, or goes on, beside openings that absorb sound.
 enum class Incoming

@@ -1,6 +1,8 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "participants/lbm/kernels.hpp"
@@ -60,6 +62,57 @@ void check_lines(lbm::Operator collision, double smagorinsky)
     }
 }
 
+//! Puts other populations into cells that are about to be read, and keeps what has been written by then.
+template <int D, class Stored>
+struct Change : lbm::OnTheWay
+{
+    Lines<D, Stored>& lines;
+    std::ptrdiff_t at = -1;
+    std::array<std::vector<Stored>, Lines<D, Stored>::directions> written{};
+
+    Change(Lines<D, Stored>& of, std::ptrdiff_t from)
+        : OnTheWay{from, [](OnTheWay& self, std::ptrdiff_t now) { static_cast<Change&>(self).meet(now); }}, lines(of)
+    {}
+    void meet(std::ptrdiff_t now)
+    {
+        constexpr auto two_registers = static_cast<std::ptrdiff_t>(2 * lbm::Lanes<Stored>::count);
+        at = now;
+        for (std::size_t q = 0; q < written.size(); ++q)
+            written[q].assign(lines.f[q].begin(), lines.f[q].begin() + std::max<std::ptrdiff_t>(at - two_registers, 0));
+        change(lines);
+        due = std::numeric_limits<std::ptrdiff_t>::max();
+    }
+    void change(Lines<D, Stored>& of) const
+    {
+        for (std::size_t q = 0; q < of.f.size(); ++q)
+            for (auto k = static_cast<std::size_t>(at); k < of.f[q].size(); ++k) of.f[q][k] *= Stored(0.5);
+    }
+};
+
+template <int D, class Stored>
+void check_changes(lbm::Operator collision)
+{
+    auto c = unit_config<D>({64, 64, D == 3 ? 64.0 : 0.0}, 0.01);
+    c.collision = collision;
+    c.precision = sizeof(Stored) == sizeof(float) ? lbm::Precision::float32 : lbm::Precision::float64;
+    auto const kernel = lbm::kernels_of<D>(c).fluid;
+    constexpr std::ptrdiff_t rows = 3;
+    for (std::ptrdiff_t const cells : {35, 48})
+        for (std::ptrdiff_t const from : {-3, 0, 20, 47, 60, 96}) {
+            CAPTURE(cells);
+            CAPTURE(from);
+            Lines<D, Stored> meanwhile(cells, rows), before(cells, rows);
+            Change<D, Stored> change(meanwhile, from);
+            kernel(meanwhile.row(0), {0, cells, rows, meanwhile.stride, &change}, lbm::relaxation(c), {});
+            REQUIRE(change.at >= from);
+            change.change(before);
+            kernel(before.row(0), {0, cells, rows, before.stride}, lbm::relaxation(c), {});
+            CHECK(meanwhile.f == before.f);
+            for (std::size_t q = 0; q < before.f.size(); ++q)
+                CHECK(std::equal(change.written[q].begin(), change.written[q].end(), before.f[q].begin()));
+        }
+}
+
 //! Velocities along y of a channel that is driven, so many cells wide: periodic across x, nothing depends on it.
 template <int D>
 std::vector<double> channel(double width, lbm::Precision precision)
@@ -91,6 +144,16 @@ TEST_CASE_TEMPLATE("rows: several in one go become what each becomes alone, and 
     check_lines<3, Stored>(mrt, 0);
     check_lines<3, Stored>(mrt, 0.1);
     check_lines<3, Stored>(central, 0);
+}
+
+TEST_CASE_TEMPLATE("rows: what is done on the way comes before cells are read, two registers after they are written",
+                   Stored, double, float)
+{
+    using enum lbm::Operator;
+    check_changes<2, Stored>(mrt);
+    check_changes<3, Stored>(trt);
+    check_changes<3, Stored>(mrt);
+    check_changes<3, Stored>(central);
 }
 
 TEST_CASE("rows: a channel of one or two cells across a periodic side is that of many, bit for bit")
