@@ -1,0 +1,169 @@
+// Solver: the collision of rows in which all solids rest.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "participants/lbm/row_buffer.hpp"
+#include "participants/lbm/solver.hpp"
+#include "participants/lbm/still_numbers.hpp"
+
+namespace lbm {
+namespace {
+
+//! Of a run with solids at rest, those of a SolidRow.
+template <class Stored>
+std::vector<Stored> solid_numbers(StillRun const& run, RowBuffer<Stored> const& row)
+{
+    std::vector<Stored> numbers;
+    for (auto const* of : {&row.fraction, &row.weight, &row.open, &row.ease})
+        numbers.insert(numbers.end(), of->begin() + run.begin, of->begin() + run.end);
+    return numbers;
+}
+
+//! Of each slot up to the next row's cell x = 0, whether it is a cell with solid.
+template <class Stored>
+std::vector<char> cells_with_solid(RowBuffer<Stored> const& row, std::ptrdiff_t nx, std::ptrdiff_t stride)
+{
+    std::vector<char> has_solid(static_cast<std::size_t>(stride));
+    for (auto const& run : row.runs)
+        for (std::ptrdiff_t x = run.begin; run.touched && x < std::min(run.end, nx); ++x)
+            has_solid[static_cast<std::size_t>(x)] = row.fraction[static_cast<std::size_t>(x)] > 0;
+    return has_solid;
+}
+
+//! Whether the fluid's velocity changes how solids push it: then numbers do not tell all.
+template <int D, class Stored>
+bool is_eased(RowBuffer<Stored> const& row)
+{
+    return eased_by_inertia<D> && std::ranges::any_of(row.runs, [&](auto const& run) {
+               return run.touched && std::any_of(row.ease.begin() + run.begin, row.ease.begin() + run.end,
+                                                 [](Stored ease) { return ease != 0; });
+           });
+}
+
+}  // namespace
+
+//! The solids of a row that all rest.
+template <int D>
+bool Solver<D>::all_rest(std::span<std::uint32_t const> strips) const
+{
+    return covering().empty() ||
+           coverage_.strips()[strips.front()].body >= static_cast<std::ptrdiff_t>(covering().size());  // they come last
+}
+
+//! What the collision needs of rows in which all solids rest.
+template <int D>
+template <class Stored>
+void Solver<D>::list_still_rows()
+{
+    if (coverage_.patches().empty()) return;
+    auto& buffer = row_buffer<Stored>();
+    still_.typed<Stored>().rest.assign(static_cast<std::size_t>(layout_.most_in_row()), Stored{});
+    auto& numbers = still_.typed<Stored>().of_runs;
+    std::vector<StillRun> runs;
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
+        auto const strips = coverage_.row(r);
+        std::ptrdiff_t const nx = layout_.row(r).cells;
+        if (strips.empty()) {
+            still_.add_row({}, false);
+            continue;
+        }
+        buffer.resize(layout_.most_in_row(), nx);
+        begin_row(buffer, nx, strips, coverage_.strips(), [](auto&) {});
+        write_covers(buffer, strips, coverage_.strips());
+        Stored const* cover = buffer.covers.data();
+        for (std::uint32_t const k : strips) {
+            Strip<D> const& s = coverage_.strips()[k];
+            add_strip(s, cover, {}, s.drag, 0.0, buffer);
+            cover += s.whole_lanes();
+        }
+        for (auto const& run : buffer.runs)
+            if (run.touched) find_weights<D>(run, relaxation_.tau, buffer);
+        bool const in_block = kernels_.still != nullptr && !is_eased<D>(buffer);
+        runs.clear();
+        if (in_block) {
+            StillRowNumbers const of_row(buffer.view(), cells_with_solid(buffer, nx, populations_.stride(r)),
+                                         relaxation_, config_.smagorinsky > 0);
+            runs = of_row.runs();
+            for (StillRun& run : runs) run.at = numbers.add(of_row.numbers(run));
+        } else {
+            for (auto const& [begin, end, touched] : buffer.runs) {
+                runs.push_back({begin, end, touched, 0});
+                if (touched) runs.back().at = numbers.add(solid_numbers(runs.back(), buffer));
+            }
+        }
+        still_.add_row(runs, in_block);
+    }
+}
+
+template <int D>
+template <class Stored>
+void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips)
+{
+    auto& buffer = row_buffer<Stored>();
+    std::ptrdiff_t const nx = layout_.row(r).cells;
+    buffer.resize(layout_.most_in_row(), nx);
+    Relaxation const relaxation = of_row(r);
+    prefetch_next<Stored>(r);
+    SolidRow<Stored> solid = buffer.view();
+    solid.momentum.fill(still_.typed<Stored>().rest.data());
+    StillRows::Row const row = still_.row(r);
+    covered_cells_[static_cast<std::size_t>(r)] = row.touched;
+    for (StillRun const& run : still_.runs_of(row)) {
+        if (!run.touched) {
+            kernels_.fluid(slots, {run.begin, run.end}, relaxation, {});
+            continue;
+        }
+        still_.point(run, solid);
+        kernels_.covered(slots, {run.begin, run.end}, relaxation, solid);
+    }
+    for (std::uint32_t const k : strips) {
+        Strip<D> const& s = coverage_.strips()[k];
+        find_load<false>(s, s.listed, {}, solid, strip_load_[k]);  // patches list all their cells
+    }
+}
+
+//! `count` rows that are alike, from r on.
+template <int D>
+template <class Stored>
+void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, AnySlots<D> const& slots)
+{
+    constexpr auto lanes = StillNumbers<Stored>::lanes;
+    auto& buffer = row_buffer<Stored>();
+    std::ptrdiff_t const nx = layout_.row(r).cells, stride = populations_.stride(r), room = count * stride + lanes;
+    SolidRow<Stored> solid;
+    for (std::size_t k = 0; k < 3; ++k) {
+        auto& force = buffer.block_force[k];
+        if (force.size() < static_cast<std::size_t>(room)) force.assign(static_cast<std::size_t>(room), Stored{});
+        solid.force[k] = force.data();
+    }
+    StillRows::Row const row = still_.row(r);
+    kernels_.still(
+        slots,
+        StillBlock<Stored>{nx, count, stride, still_.runs_of(row), still_.typed<Stored>().of_runs.data(0), solid.force},
+        of_row(r));
+    for (std::ptrdiff_t const last = r + count; r < last; ++r) {
+        covered_cells_[static_cast<std::size_t>(r)] = row.touched;
+        for (Stored* const force : solid.force) std::fill_n(force + nx, stride - nx, Stored{});  // of no cell
+        for (std::uint32_t const k : coverage_.row(r)) {
+            Strip<D> const& s = coverage_.strips()[k];
+            find_load<false>(s, s.listed, {}, solid, strip_load_[k]);  // patches list all their cells
+        }
+        for (Stored*& force : solid.force) force += stride;
+    }
+}
+
+template bool Solver<2>::all_rest(std::span<std::uint32_t const>) const;
+template bool Solver<3>::all_rest(std::span<std::uint32_t const>) const;
+#define LBM_STILL_SOLIDS(D, Stored)                                                                           \
+    template void Solver<D>::collide_still_row<Stored>(std::ptrdiff_t, AnySlots<D> const&,                    \
+                                                       std::span<std::uint32_t const>);                       \
+    template void Solver<D>::collide_still_block<Stored>(std::ptrdiff_t, std::ptrdiff_t, AnySlots<D> const&); \
+    template void Solver<D>::list_still_rows<Stored>();
+LBM_STILL_SOLIDS(2, double)
+LBM_STILL_SOLIDS(2, float)
+LBM_STILL_SOLIDS(3, double)
+LBM_STILL_SOLIDS(3, float)
+#undef LBM_STILL_SOLIDS
+
+}  // namespace lbm
