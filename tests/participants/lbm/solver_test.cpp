@@ -113,6 +113,8 @@ TEST_CASE("solver: fractions are reckoned anew of discs that moved or changed si
     CHECK(rebuilt(solver) == 0.5);
     lbm::Solver<2> fresh(small());
     CHECK(rebuilt(fresh) == 1);
+    CHECK(solver.share().covered_cells == fresh.share().covered_cells);  // of the last step alone
+    CHECK((fresh.share().covered_cells > 0.05 && fresh.share().covered_cells < 0.5));
     CHECK(solver.fields().solid_fraction == fresh.fields().solid_fraction);
     radius[0] = 4.5e-3;  // all have other places in memory then
     CHECK(rebuilt(solver) == 1);
