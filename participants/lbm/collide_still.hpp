@@ -10,21 +10,26 @@ namespace lbm {
 //! Collides registers from `begin` on that begin before `end`, found by find(x) and changed by change(x, found), each
 //! found before the last one changes; returns where the next one begins.
 template <bool ahead, std::ptrdiff_t lanes, class Find, class Change>
-[[gnu::always_inline]] inline std::ptrdiff_t collide_registers(std::ptrdiff_t begin, std::ptrdiff_t end, Find&& find,
-                                                               Change&& change)
+[[gnu::always_inline]] inline std::ptrdiff_t collide_registers(std::ptrdiff_t begin, std::ptrdiff_t end, OnTheWay& way,
+                                                               Find&& find, Change&& change)
 {
     std::ptrdiff_t x = begin;
     if constexpr (ahead) {
         if (x >= end) return x;
+        way.reach(x);
         auto now = find(x);
         for (x += lanes; x < end; x += lanes) {
+            way.reach(x);
             auto const next = find(x);
             change(x - lanes, now);
             now = next;
         }
         change(x - lanes, now);
     } else {
-        for (; x < end; x += lanes) change(x, find(x));
+        for (; x < end; x += lanes) {
+            way.reach(x);
+            change(x, find(x));
+        }
     }
     return x;
 }
@@ -43,6 +48,7 @@ void collide_slots(Slots<3, Stored> const& slots, std::ptrdiff_t origin, StillBl
     Slots<3, Stored> const f = slots;
     Relaxation const r = relaxation;
     StillBlock<Stored> const rows = block;
+    OnTheWay nothing, &way = block.on_the_way ? *block.on_the_way : nothing;
     SolidCell<3, V> none;
     V place;
     auto const find_fluid = [&](std::ptrdiff_t x) __attribute__((always_inline))
@@ -58,7 +64,7 @@ void collide_slots(Slots<3, Stored> const& slots, std::ptrdiff_t origin, StillBl
     std::size_t next = rows.runs.empty() ? 0 : rows.runs.size() - 1;  // it may end in the first row
     for (std::ptrdiff_t x = begin; x < end;) {
         if (next == rows.runs.size()) {
-            x = collide_registers<ahead, lanes>(x, end, find_fluid, change_fluid);
+            x = collide_registers<ahead, lanes>(x, end, way, find_fluid, change_fluid);
             break;
         }
         StillRun const& run = rows.runs[next];
@@ -77,8 +83,8 @@ void collide_slots(Slots<3, Stored> const& slots, std::ptrdiff_t origin, StillBl
             StillCell<V> const s(numbers.from(at));  // once more: there is no room in the registers
             change<solid, V>(CellInRow<V, Stored>{f, at - origin}, c, s.rates, s.pull);
         };
-        x = collide_registers<ahead, lanes>(x, free, find_fluid, change_fluid);
-        x = collide_registers<ahead, lanes>(x, to, find_still, change_still);
+        x = collide_registers<ahead, lanes>(x, free, way, find_fluid, change_fluid);
+        x = collide_registers<ahead, lanes>(x, to, way, find_still, change_still);
         if (++next == rows.runs.size()) next = 0, row += rows.stride;
     }
 }
@@ -93,6 +99,7 @@ void collide_still(AnySlots<3> const& any_slots, AnyStillBlock const& any_block,
     std::ptrdiff_t const end = (block.count - 1) * block.stride + block.cells, whole = end / lanes * lanes;
     if (whole > 0) collide_slots<fluid, solid>(slots, 0, block, 0, whole, relaxation);
     if (whole == end) return;
+    if (block.on_the_way) block.on_the_way->reach(whole);
     RowEndCells<3, Stored> const cells(slots, whole, FirstLanes<Stored>(end - whole));
     collide_slots<fluid, solid>(cells.slots(), whole, block, whole, whole + lanes, relaxation);
     cells.put_back();

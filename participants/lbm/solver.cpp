@@ -276,12 +276,18 @@ template <int D>
 void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
 {
     for (std::ptrdiff_t next = begin; begin < end; begin = next) {
-        next += rows_without_solids(begin, end);
-        if (next > begin) {
-            collide_fluid_rows(begin, next);
+        if ((next = begin + rows_without_solids(begin, end)) > begin) {
+            collide_in_line(begin, next, [&]<class Stored>(Rows<D, Stored> const& rows, OnTheWay& ends) {
+                kernels_.fluid(populations_.row(begin), {0, rows.nx(begin), next - begin, rows.stride(begin), &ends},
+                               of_row(begin), {});
+            });
+        } else if ((next = begin + rows_in_block(begin, end)) > begin) {
+            collide_in_line(begin, next, [&]<class Stored>(Rows<D, Stored> const&, OnTheWay& ends) {
+                collide_still_block<Stored>(begin, next - begin, ends);
+            });
         } else {
             std::ptrdiff_t const most = std::min(end, begin + rows_at_once(layout_));
-            while (next < most && has_solids(next)) ++next;
+            while (next < most && has_solids(next) && rows_in_block(next, next + 1) == 0) ++next;
             collide_solid_rows(begin, next);
         }
         rim_loads_.find(populations_, begin, next);
@@ -294,27 +300,53 @@ bool Solver<D>::has_solids(std::ptrdiff_t r) const
     return !coverage_.row(r).empty() || (phase_ && phase_->reaches(r));
 }
 
-//! How many rows from r on lie in line and are without solids.
+//! Whether solids cover something of a row, and all of these rest.
+template <int D>
+bool Solver<D>::has_still_solids(std::ptrdiff_t r) const
+{
+    auto const strips = coverage_.row(r);
+    return !strips.empty() && !(phase_ && phase_->reaches(r)) && all_rest(strips);
+}
+
+//! How many rows from r on lie in line, for one call of a kernel.
+template <int D>
+std::ptrdiff_t Solver<D>::rows_in_line(std::ptrdiff_t r, std::ptrdiff_t end) const
+{
+    return turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
+}
+
+//! How many of these are without solids.
 template <int D>
 std::ptrdiff_t Solver<D>::rows_without_solids(std::ptrdiff_t r, std::ptrdiff_t end) const
 {
-    std::ptrdiff_t const most = turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
+    std::ptrdiff_t const most = rows_in_line(r, end);
     if (coverage_.strips().empty() && !phase_) return most;
     std::ptrdiff_t count = 0;
     while (count < most && !has_solids(r + count)) ++count;
     return count;
 }
 
-//! Rows that lie in line.
+//! How many of these have solids that rest, are alike, and collide as a StillBlock.
 template <int D>
-void Solver<D>::collide_fluid_rows(std::ptrdiff_t begin, std::ptrdiff_t end)
+std::ptrdiff_t Solver<D>::rows_in_block(std::ptrdiff_t r, std::ptrdiff_t end) const
+{
+    if (!still_.row(r).in_block || !has_still_solids(r)) return 0;
+    std::ptrdiff_t const most = rows_in_line(r, end);
+    std::ptrdiff_t count = 1;
+    while (count < most && still_.row(r + count) == still_.row(r) && has_still_solids(r + count)) ++count;
+    return count;
+}
+
+//! Rows that lie in line: collide(rows, what is to be done on the way).
+template <int D>
+template <class Collide>
+void Solver<D>::collide_in_line(std::ptrdiff_t begin, std::ptrdiff_t end, Collide&& collide)
 {
     bool const on_the_way = !complete_ && !has_openings(walls_);  // what openings note needs all of a row
     if (!complete_ && !on_the_way) enter_rows(begin, end);
-    populations_.visit([&]<class Stored>(Rows<D, Stored> const& rows) {
-        RowEnds<D, Stored> ends(rows, walls_, begin, end, on_the_way);
-        kernels_.fluid(populations_.row(begin), {0, rows.nx(begin), end - begin, rows.stride(begin), &ends},
-                       of_row(begin), {});
+    populations_.visit([&](auto const& rows) {
+        RowEnds ends(rows, walls_, begin, end, on_the_way);
+        collide(rows, ends);
         ends.finish();
     });
 }
@@ -324,28 +356,11 @@ void Solver<D>::collide_solid_rows(std::ptrdiff_t begin, std::ptrdiff_t end)
 {
     if (!complete_) enter_rows(begin, end);
     populations_.visit([&]<class Stored>(Rows<D, Stored> const& rows) {
-        for (std::ptrdiff_t r = begin; r < end;) r += collide_from<Stored>(r, end);
+        for (std::ptrdiff_t r = begin; r < end; ++r)
+            has_still_solids(r) ? collide_still_row<Stored>(r, populations_.row(r), coverage_.row(r))
+                                : collide_covered_row<Stored>(r, populations_.row(r), coverage_.row(r));
         rows.note_ends(begin, end);
     });
-}
-
-//! A row with solids, or several from it on that lie in line, are alike and rest; returns how many.
-template <int D>
-template <class Stored>
-std::ptrdiff_t Solver<D>::collide_from(std::ptrdiff_t r, std::ptrdiff_t end)
-{
-    AnySlots<D> const slots = populations_.row(r);
-    auto const strips = coverage_.row(r);
-    auto const rests = [&](std::ptrdiff_t row) {
-        return !(phase_ && phase_->reaches(row)) && all_rest(coverage_.row(row));
-    };
-    if (!rests(r)) return collide_covered_row<Stored>(r, slots, strips), 1;
-    if (!still_.row(r).in_block) return collide_still_row<Stored>(r, slots, strips), 1;
-    std::ptrdiff_t const most = turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
-    std::ptrdiff_t count = 1;
-    while (count < most && still_.row(r + count) == still_.row(r) && rests(r + count)) ++count;
-    collide_still_block<Stored>(r, count, slots);
-    return count;
 }
 
 template <int D>

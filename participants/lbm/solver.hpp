@@ -142,11 +142,13 @@ class Solver
     Boundary::Held held_in(std::ptrdiff_t r, std::ptrdiff_t x, std::size_t axis) const;
     void collide_run(std::ptrdiff_t begin, std::ptrdiff_t end);
     bool has_solids(std::ptrdiff_t r) const;
+    bool has_still_solids(std::ptrdiff_t r) const;
+    std::ptrdiff_t rows_in_line(std::ptrdiff_t r, std::ptrdiff_t end) const;
     std::ptrdiff_t rows_without_solids(std::ptrdiff_t r, std::ptrdiff_t end) const;
-    void collide_fluid_rows(std::ptrdiff_t begin, std::ptrdiff_t end);
+    std::ptrdiff_t rows_in_block(std::ptrdiff_t r, std::ptrdiff_t end) const;
+    template <class Collide>
+    void collide_in_line(std::ptrdiff_t begin, std::ptrdiff_t end, Collide&& collide);
     void collide_solid_rows(std::ptrdiff_t begin, std::ptrdiff_t end);
-    template <class Stored>
-    std::ptrdiff_t collide_from(std::ptrdiff_t r, std::ptrdiff_t end);
     template <class Stored>
     void collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     bool all_rest(std::span<std::uint32_t const> strips) const;
@@ -157,7 +159,7 @@ class Solver
     template <class Stored>
     void collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     template <class Stored>
-    void collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, AnySlots<D> const& slots);
+    void collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTheWay& ends);
     bool sum_loads();
     void add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const;
     std::vector<Motion> exchanged();

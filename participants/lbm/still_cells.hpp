@@ -25,6 +25,7 @@ struct StillBlock
     std::span<StillRun const> runs{};
     Stored const* numbers = nullptr;
     std::array<Stored*, 3> force{};  //!< out: 2 B/eps j; a solid's force is eps times that. Room for whole registers
+    OnTheWay* on_the_way = nullptr;
 };
 using AnyStillBlock = AnyRow<StillBlock>;
 

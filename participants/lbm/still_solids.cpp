@@ -126,7 +126,7 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, st
 //! `count` rows that are alike, from r on.
 template <int D>
 template <class Stored>
-void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, AnySlots<D> const& slots)
+void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTheWay& ends)
 {
     constexpr auto lanes = StillNumbers<Stored>::lanes;
     auto& buffer = row_buffer<Stored>();
@@ -138,10 +138,10 @@ void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, AnyS
         solid.force[k] = force.data();
     }
     StillRows::Row const row = still_.row(r);
-    kernels_.still(
-        slots,
-        StillBlock<Stored>{nx, count, stride, still_.runs_of(row), still_.typed<Stored>().of_runs.data(0), solid.force},
-        of_row(r));
+    kernels_.still(populations_.row(r),
+                   StillBlock<Stored>{nx, count, stride, still_.runs_of(row), still_.typed<Stored>().of_runs.data(0),
+                                      solid.force, &ends},
+                   of_row(r));
     for (std::ptrdiff_t const last = r + count; r < last; ++r) {
         covered_cells_[static_cast<std::size_t>(r)] = row.touched;
         for (Stored* const force : solid.force) std::fill_n(force + nx, stride - nx, Stored{});  // of no cell
@@ -155,10 +155,10 @@ void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, AnyS
 
 template bool Solver<2>::all_rest(std::span<std::uint32_t const>) const;
 template bool Solver<3>::all_rest(std::span<std::uint32_t const>) const;
-#define LBM_STILL_SOLIDS(D, Stored)                                                                           \
-    template void Solver<D>::collide_still_row<Stored>(std::ptrdiff_t, AnySlots<D> const&,                    \
-                                                       std::span<std::uint32_t const>);                       \
-    template void Solver<D>::collide_still_block<Stored>(std::ptrdiff_t, std::ptrdiff_t, AnySlots<D> const&); \
+#define LBM_STILL_SOLIDS(D, Stored)                                                                  \
+    template void Solver<D>::collide_still_row<Stored>(std::ptrdiff_t, AnySlots<D> const&,           \
+                                                       std::span<std::uint32_t const>);              \
+    template void Solver<D>::collide_still_block<Stored>(std::ptrdiff_t, std::ptrdiff_t, OnTheWay&); \
     template void Solver<D>::list_still_rows<Stored>();
 LBM_STILL_SOLIDS(2, double)
 LBM_STILL_SOLIDS(2, float)
