@@ -32,6 +32,16 @@ TEST_CASE("L06: Stokes drag on a square array of discs, d = 20 cells (c <= 0.4) 
     }
 }
 
+//! Two minutes.
+TEST_CASE("L06: the same at c = 0.7" * doctest::skip())
+{
+    verification::Stopwatch const watch;
+    double const diameter = std::sqrt(2.8 / std::numbers::pi) * 286, reference = 13519.2;  // gap = 16 cells
+    double const got = disc_array_drag(286, diameter);
+    CHECK(verification::report({"L06", text("F/(mu U) at c=%.2f, d=%.1f dx [-]", 0.7, diameter), got, reference,
+                                relative(got, reference), 0.01, watch.seconds()}));
+}
+
 TEST_CASE("L06: the same in single precision")
 {
     // marks: that of the case, and a tenth of it for what floats add
@@ -165,13 +175,14 @@ TEST_CASE("L08: permeability of touching discs seen with r = f R, R = 24 cells")
     };
     for (auto const surface : sharp_surfaces)
         for (Row const row : {Row{0.7, 5.177046115e-3}, Row{0.75, 3.234855899e-3}, Row{0.8, 1.828094177e-3},
-                              Row{0.85, 8.811053635e-4}}) {
+                              Row{0.85, 8.811053635e-4}, Row{0.9, 3.173012496e-4}}) {
             verification::Stopwatch const watch;
             double const got = 1 / disc_array_drag(48, 48, row.factor, {0, 0}, 0.6, {.surface = surface});
-            // mark: 3 % where the gap holds at least 4 cells
+            double const mark =
+                row.factor > 0.85 ? 0.1 : 0.03;  // the catalogue's, where the gap holds at least 4 cells
             CHECK(verification::report(
                 {"L08",
                  of_surface(surface, text("k/d^2 at f=%.2f, gap %.1f dx [-]", row.factor, 48 * (1 - row.factor))), got,
-                 row.permeability, relative(got, row.permeability), 0.03, watch.seconds()}));
+                 row.permeability, relative(got, row.permeability), mark, watch.seconds()}));
         }
 }

@@ -35,6 +35,7 @@ struct Cylinder
 struct Forces
 {
     double drag, lift, pressure_drop;
+    double recirculation;  //!< from the rear point to where fluid on the axis of the cylinder flows downstream [m]
 };
 
 //! Coefficients of 2D-1 (Re = 20) once they are steady.
@@ -70,7 +71,14 @@ inline Forces steady_cylinder(std::ptrdiff_t cells, Variant const& variant = {})
         // to the surface by the parabola through the cells 1.5, 2.5 and 3.5 off it
         return (35 * value(1) - 42 * value(2) + 15 * value(3)) / 8;
     };
-    return {drag, lift, pressure(0.15, -1) - pressure(0.25, 1)};
+    auto const along = [&](std::ptrdiff_t x) {
+        auto const at = [&](std::ptrdiff_t y) { return f.velocity[static_cast<std::size_t>(2 * (y * f.nx + x))]; };
+        return 0.5 * (at(row - 1) + at(row));
+    };
+    auto x = static_cast<std::ptrdiff_t>(0.27 / c.config.cell);
+    while (x + 1 < f.nx && along(x) < 0) ++x;
+    double const turns = static_cast<double>(x) + 0.5 - along(x) / (along(x) - along(x - 1));
+    return {drag, lift, pressure(0.15, -1) - pressure(0.25, 1), turns * c.config.cell - 0.25};
 }
 
 }  // namespace lattice_case

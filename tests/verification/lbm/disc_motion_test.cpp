@@ -172,6 +172,43 @@ double turning_in_shear(std::ptrdiff_t height, double ratio, lbm::Surface surfac
     return spin / rate;
 }
 
+//! U/U_max of a neutral disc that is free to move along the middle of a channel H wide; H in cells, ratio = 2 a/H.
+//! U_max is that of the parabola with the same flux: what flows through every cross-section.
+double carried_in_channel(std::ptrdiff_t height, double ratio, lbm::Surface surface)
+{
+    std::ptrdiff_t const length = 8 * height;
+    lbm::Config c = config(length, height, 1.5);
+    c.surface = surface;
+    c.set_periodic(0);
+    double const h = static_cast<double>(height), a = 0.5 * ratio * h, fastest = 0.02 * c.viscosity / a;
+    c.acceleration = {8 * c.viscosity * fastest / (h * h), 0, 0};  // on the disc, too, as a pressure gradient would
+    lbm::Solver<2> solver(c);
+    solver.set_state([&](std::array<double, 2> const& at) {
+        double const y = at[1] / h;
+        return lbm::PointState<2>{.velocity = {4 * fastest * y * (1 - y), 0},
+                                  .pressure = 0,
+                                  .gradient = {{{0, 4 * fastest * (1 - 2 * y) / h}, {0, 0}}}};
+    });
+    double const mass = std::numbers::pi * a * a;
+    double x = 0.5 * static_cast<double>(length), u = fastest, before = 0;
+    auto const interval = static_cast<int>(h * h / c.viscosity / 40);
+    auto const share = [&] { return u / (1.5 * mean_velocity(solver, 0)); };
+    for (int k = 0; k < 60; ++k) {
+        for (int step = 0; step < interval; ++step) {
+            Discs discs;
+            discs.add(x, 0.5 * h, a, u);
+            solver.set_bodies(discs.view());
+            solver.step();
+            u += solver.loads().force[0] / mass + c.acceleration[0];
+            x += u;
+        }
+        double const now = share();
+        if (k > 4 && std::abs(now - before) < 1e-5) break;
+        before = now;
+    }
+    return share();
+}
+
 }  // namespace
 
 namespace {
@@ -192,12 +229,18 @@ TEST_CASE("C03: disc dragged along the axis of a closed channel")
 {
     check_dragged(80, 0.2, 1.0, 16.532547, 0.03);
     check_dragged(54, 0.3, 1.0, 29.15854, 0.03);
+    check_dragged(32, 0.5, 1.0, 99.367607, 0.03);
 }
 
 TEST_CASE("C03: the same, d = 32 cells" * doctest::skip())
 {
     check_dragged(107, 0.3, 1.0, 29.15854, 0.015);
     check_dragged(160, 0.2, 1.5, 16.532547, 0.015);
+}
+
+TEST_CASE("C03: the same in a wide channel" * doctest::skip())
+{
+    check_dragged(160, 0.1, 1.5, 8.950604, 0.03);
 }
 
 TEST_CASE("C03: the same in single precision")
@@ -234,6 +277,21 @@ TEST_CASE("C04: disc turning in a circular cavity")
         }
 }
 
+TEST_CASE("C04b: disc turning in a narrow and in a wide cavity")
+{
+    // closed form as above
+    for (auto const& [inner, outer, mark] : {std::tuple{12.0, 24.0, 0.03}, {16.0, 80.0, 0.03}}) {
+        verification::Stopwatch const watch;
+        Cavity const got = turn_in_cavity(inner, outer, lbm::Surface::covered);
+        double const ratio = inner / outer, reference = 4 * std::numbers::pi / (1 - ratio * ratio);
+        std::string const at = text(" at R1=%.0f, R2=%.0f dx [-]", inner, outer);
+        CHECK(verification::report({"C04b", "T/(mu w R1^2)" + at, got.torque, reference,
+                                    relative(got.torque, reference), mark, watch.seconds()}));
+        CHECK(verification::report(
+            {"C04b", "u_theta RMS / (w R1)" + at, got.swirl_rms, 0, got.swirl_rms, mark, watch.seconds()}));
+    }
+}
+
 TEST_CASE("C05b: a free disc turns with a shear between walls")
 {
     // fundamental solutions; mark 1.5 % with a of 12 cells or more
@@ -247,6 +305,39 @@ TEST_CASE("C05b: a free disc turns with a shear between walls")
             CHECK(
                 verification::report({"C05b", name, got, reference, relative(got, reference), 0.015, watch.seconds()}));
         }
+}
+
+TEST_CASE("C05b: the same in a wide channel" * doctest::skip())
+{
+    verification::Stopwatch const watch;
+    double const got = turning_in_shear(240, 0.1, lbm::Surface::covered), reference = -0.497243;
+    CHECK(verification::report({"C05b", text("w/rate at 2a/H=%.1f, H=%.0f dx [-]", 0.1, 240), got, reference,
+                                relative(got, reference), 0.015, watch.seconds()}));
+}
+
+namespace {
+
+void check_carried(std::ptrdiff_t height, double ratio, double reference, lbm::Surface surface)
+{
+    verification::Stopwatch const watch;
+    double const got = carried_in_channel(height, ratio, surface);
+    std::string const name =
+        of_surface(surface, text("U/U_max at 2a/H=%.1f, H=%.0f dx [-]", ratio, static_cast<double>(height)));
+    CHECK(verification::report({"C05b", name, got, reference, relative(got, reference), 0.015, watch.seconds()}));
+}
+
+}  // namespace
+
+TEST_CASE("C05b: a free disc is carried along the middle of a channel")
+{
+    // fundamental solutions; mark 1.5 % with a of 12 cells or more
+    for (auto const surface : all_surfaces) check_carried(48, 0.5, 0.887999, surface);
+}
+
+TEST_CASE("C05b: the same in wide channels" * doctest::skip())
+{
+    check_carried(120, 0.2, 0.980323, lbm::Surface::covered);
+    check_carried(240, 0.1, 0.995020, lbm::Surface::covered);
 }
 
 TEST_CASE("C06: added mass and damping of a disc that swings in a cavity, a = 16 cells")

@@ -299,6 +299,15 @@ TEST_CASE("C01: a free sphere settles in a periodic cube, d = 10 cells")
     }
 }
 
+//! Two minutes.
+TEST_CASE("C01: the same in a wide cube" * doctest::skip())
+{
+    verification::Stopwatch const watch;
+    double const got = settling(81, 0.001, lbm::Surface::covered), reference = 0.8258124126;
+    CHECK(verification::report({"C01", text("W/U_Stokes at c=%.3f, L=%.0f dx [-]", 0.001, 81), got, reference,
+                                relative(got, reference), 0.03, watch.seconds()}));
+}
+
 TEST_CASE("C01: a sphere of a tenth of the fluid's density rises in a periodic cube, d = 10 cells")
 {
     // drag does not know the density: reference and mark as before
