@@ -38,7 +38,12 @@ void Crew::start(Job& job, Log log)
 {
     job.gone.reset();
     job.who.reset();
-    auto const environment = job.mpirun ? mpirun_environment() : Variables{};
+    Variables environment;
+    if (job.mpirun) {  // two that begin, or end, at once would get in each other's way in one directory
+        job.scratch = std::make_unique<ScratchDirectory>("sluice-mpirun");
+        environment = mpirun_environment();
+        environment.emplace_back("OMPI_MCA_orte_tmpdir_base", job.scratch->path().string());
+    }
     job.process = std::make_unique<Process>(job.argv, job.log, environment, log);
 }
 

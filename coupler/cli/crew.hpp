@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "coupler/base/scratch_directory.hpp"
 #include "coupler/base/status_page.hpp"
 #include "coupler/cli/process.hpp"
 #include "coupler/scene/scene.hpp"
@@ -33,7 +34,8 @@ struct Job
     std::filesystem::path log;
     std::vector<std::size_t> members;  //!< indices into Crew::members
     bool mpirun = false;
-    bool remote = false;  //!< its process runs on another host: pids mean nothing here
+    bool remote = false;                             //!< its process runs on another host: pids mean nothing here
+    std::unique_ptr<ScratchDirectory> scratch = {};  //!< mpirun's own
     std::unique_ptr<Process> process = {};
     std::optional<std::chrono::steady_clock::time_point> gone = {};  //!< mpirun: when a process was first found gone
     std::optional<std::size_t> who = {};                             //!< which member that was

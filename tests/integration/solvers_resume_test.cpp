@@ -73,12 +73,13 @@ class Case
         for (int tries = 0; tries < 60'000; ++tries) {
             std::error_code none;
             if (std::filesystem::file_size(file, none) == sizeof(sluice::StatusPage)) {
-                sluice::MappedStatus const page(file, sluice::MappedStatus::Mode::open);
-                if (page->phase == sluice::Phase::running && condition(page)) return;
+                sluice::MappedStatus const page(file,
+                                                sluice::MappedStatus::Mode::open);  // none: it has just been removed
+                if (page && page->phase == sluice::Phase::running && condition(page)) return;
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
-        FAIL("run \"" << run << "\" did not get there");
+        FAIL("run \"" << run << "\" did not get there: " << shell::slurp(log(run, "sluice")));
     }
     //! Waits for a complete checkpoint of that window or a later one.
     void wait_for_checkpoint(std::string const& run, std::int64_t window) const
