@@ -299,7 +299,7 @@ TEST_CASE("C01: a free sphere settles in a periodic cube, d = 10 cells")
     }
 }
 
-//! Two minutes.
+//! Five minutes.
 TEST_CASE("C01: the same in a wide cube" * doctest::skip())
 {
     verification::Stopwatch const watch;
