@@ -75,17 +75,13 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
     });
     bool const forced = config_.surface == Surface::forced;
     write_covers(buffer, strips, coverage_.strips());
-    Stored const* cover = buffer.covers.data();
-    for (std::uint32_t const k : strips) {
-        Strip<D> const& s = coverage_.strips()[k];
+    each_cover(buffer, strips, coverage_.strips(), [&](std::uint32_t, Strip<D> const& s, Stored const* cover) {
         StripVelocity<D> const v(s, covering());
-        bool const moves = s.body < static_cast<std::ptrdiff_t>(covering().size());
         if (forced)
-            add_strip(s, cover, v, moves ? 0.0 : s.drag, moves ? 1.0 : 0.0, buffer);
+            add_strip(s, cover, v, is_forced(s) ? 0.0 : s.drag, is_forced(s) ? 1.0 : 0.0, buffer);
         else
             add_strip(s, cover, v, s.drag, lag_of<D>(s, covering(), relaxation_.tau), buffer);
-        cover += s.whole_lanes();
-    }
+    });
     Relaxation const relaxation = of_row(r);
     for (auto const& run : buffer.runs) {
         if (!run.touched) continue;
@@ -103,13 +99,11 @@ void Solver<D>::collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, 
         kernels_.covered(slots, {begin, end}, relaxation, solid);
         if (phase_) phase_->take_from_row(r, begin, end, solid);
     }
-    cover = buffer.covers.data();
-    for (std::uint32_t const k : strips) {
-        Strip<D> const& s = coverage_.strips()[k];
+    each_cover(buffer, strips, coverage_.strips(), [&](std::uint32_t k, Strip<D> const& s, Stored const* cover) {
         find_load<true>(s, cover, StripVelocity<D>(s, covering()), solid, strip_load_[k]);
-        cover += s.whole_lanes();
-    }
+    });
 }
+
 //! What is known of the solids of the rows after the next: short rows are too quick to be followed by the machine.
 template <int D>
 template <class Stored>

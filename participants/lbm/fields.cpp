@@ -211,8 +211,7 @@ void Solver<D>::read_row(std::ptrdiff_t r, RowState<D>& row) const
     for (std::uint32_t const index : coverage_.row(r)) {
         Strip<D> const& s = coverage_.strips()[index];
         StripVelocity<D> const velocity(s, covering());
-        bool const forces =
-            config_.surface == Surface::forced && s.body < static_cast<std::ptrdiff_t>(covering().size());
+        bool const forces = is_forced(s);
         for (std::ptrdiff_t k = 0; k < s.count; ++k) {
             auto const x = static_cast<std::size_t>(s.begin + k);
             double const fraction = s.fraction(k);

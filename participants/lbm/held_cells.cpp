@@ -15,8 +15,7 @@ Boundary::Held Solver<D>::held_in(std::ptrdiff_t r, std::ptrdiff_t x, std::size_
         std::ptrdiff_t const cell = x - s.begin;
         if (cell < 0 || cell >= s.count) continue;
         double const here = s.fraction(cell);
-        bool const moves = s.body < static_cast<std::ptrdiff_t>(covering().size());
-        if (moves && config_.surface == Surface::forced)
+        if (is_forced(s))
             forced += here;
         else
             drag += here * s.drag;

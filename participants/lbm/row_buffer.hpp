@@ -134,6 +134,18 @@ void write_covers(RowBuffer<Stored>& row, std::span<std::uint32_t const> strips,
     }
 }
 
+//! Calls visit(k, strip, fractions of its cells) for the strips of write_covers().
+template <int D, class Stored, class Visit>
+void each_cover(RowBuffer<Stored> const& row, std::span<std::uint32_t const> strips, std::span<Strip<D> const> all,
+                Visit&& visit)
+{
+    Stored const* cover = row.covers.data();
+    for (std::uint32_t const k : strips) {
+        visit(k, all[k], cover);
+        cover += all[k].whole_lanes();
+    }
+}
+
 template <int D, class Stored>
 void find_weights(typename RowBuffer<Stored>::Run const& run, double tau, RowBuffer<Stored>& row)
 {

@@ -357,7 +357,7 @@ void Solver<D>::collide_solid_rows(std::ptrdiff_t begin, std::ptrdiff_t end)
     if (!complete_) enter_rows(begin, end);
     populations_.visit([&]<class Stored>(Rows<D, Stored> const& rows) {
         for (std::ptrdiff_t r = begin; r < end; ++r)
-            has_still_solids(r) ? collide_still_row<Stored>(r, populations_.row(r), coverage_.row(r))
+            has_still_solids(r) ? collide_still_row<Stored>(r, populations_.row(r))
                                 : collide_covered_row<Stored>(r, populations_.row(r), coverage_.row(r));
         rows.note_ends(begin, end);
     });

@@ -152,12 +152,19 @@ class Solver
     template <class Stored>
     void collide_covered_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
     bool all_rest(std::span<std::uint32_t const> strips) const;
+    //! Whether a strip's solid moves and pushes cells by direct forcing.
+    bool is_forced(Strip<D> const& strip) const
+    {
+        return config_.surface == Surface::forced && strip.body < static_cast<std::ptrdiff_t>(covering().size());
+    }
     template <class Stored>
     void list_still_rows();
     template <class Stored>
     void prefetch_next(std::ptrdiff_t r) const;
     template <class Stored>
-    void collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips);
+    void find_still_loads(std::ptrdiff_t r, SolidRow<Stored> const& solid);
+    template <class Stored>
+    void collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots);
     template <class Stored>
     void collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTheWay& ends);
     bool sum_loads();

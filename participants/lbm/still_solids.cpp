@@ -71,12 +71,9 @@ void Solver<D>::list_still_rows()
         buffer.resize(layout_.most_in_row(), nx);
         begin_row(buffer, nx, strips, coverage_.strips(), [](auto&) {});
         write_covers(buffer, strips, coverage_.strips());
-        Stored const* cover = buffer.covers.data();
-        for (std::uint32_t const k : strips) {
-            Strip<D> const& s = coverage_.strips()[k];
+        each_cover(buffer, strips, coverage_.strips(), [&](std::uint32_t, Strip<D> const& s, Stored const* cover) {
             add_strip(s, cover, {}, s.drag, 0.0, buffer);
-            cover += s.whole_lanes();
-        }
+        });
         for (auto const& run : buffer.runs)
             if (run.touched) find_weights<D>(run, relaxation_.tau, buffer);
         bool const in_block = kernels_.still != nullptr && !is_eased<D>(buffer);
@@ -96,9 +93,20 @@ void Solver<D>::list_still_rows()
     }
 }
 
+//! Of a row's solids; all of them are patches, which list all their cells.
 template <int D>
 template <class Stored>
-void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, std::span<std::uint32_t const> strips)
+void Solver<D>::find_still_loads(std::ptrdiff_t r, SolidRow<Stored> const& solid)
+{
+    for (std::uint32_t const k : coverage_.row(r)) {
+        Strip<D> const& s = coverage_.strips()[k];
+        find_load<false>(s, s.listed, {}, solid, strip_load_[k]);
+    }
+}
+
+template <int D>
+template <class Stored>
+void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots)
 {
     auto& buffer = row_buffer<Stored>();
     std::ptrdiff_t const nx = layout_.row(r).cells;
@@ -117,10 +125,7 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots, st
         still_.point(run, solid);
         kernels_.covered(slots, {run.begin, run.end}, relaxation, solid);
     }
-    for (std::uint32_t const k : strips) {
-        Strip<D> const& s = coverage_.strips()[k];
-        find_load<false>(s, s.listed, {}, solid, strip_load_[k]);  // patches list all their cells
-    }
+    find_still_loads(r, solid);
 }
 
 //! `count` rows that are alike, from r on.
@@ -145,10 +150,7 @@ void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTh
     for (std::ptrdiff_t const last = r + count; r < last; ++r) {
         covered_cells_[static_cast<std::size_t>(r)] = row.touched;
         for (Stored* const force : solid.force) std::fill_n(force + nx, stride - nx, Stored{});  // of no cell
-        for (std::uint32_t const k : coverage_.row(r)) {
-            Strip<D> const& s = coverage_.strips()[k];
-            find_load<false>(s, s.listed, {}, solid, strip_load_[k]);  // patches list all their cells
-        }
+        find_still_loads(r, solid);
         for (Stored*& force : solid.force) force += stride;
     }
 }
@@ -156,8 +158,7 @@ void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTh
 template bool Solver<2>::all_rest(std::span<std::uint32_t const>) const;
 template bool Solver<3>::all_rest(std::span<std::uint32_t const>) const;
 #define LBM_STILL_SOLIDS(D, Stored)                                                                  \
-    template void Solver<D>::collide_still_row<Stored>(std::ptrdiff_t, AnySlots<D> const&,           \
-                                                       std::span<std::uint32_t const>);              \
+    template void Solver<D>::collide_still_row<Stored>(std::ptrdiff_t, AnySlots<D> const&);          \
     template void Solver<D>::collide_still_block<Stored>(std::ptrdiff_t, std::ptrdiff_t, OnTheWay&); \
     template void Solver<D>::list_still_rows<Stored>();
 LBM_STILL_SOLIDS(2, double)

@@ -170,12 +170,7 @@ namespace {
 template <int D>
 void check_lids_keep_mass(std::mt19937& random)
 {
-    lbm::Config c;
-    c.dimension = D;
-    c.cell = c.step = c.density = 1;
-    c.viscosity = 0.1;
-    c.threads = 1;
-    c.size = {7, 6, 5};
+    auto c = unit_config<D>({7, 6, D == 3 ? 5.0 : 0.0}, 0.1);
     constexpr auto sides = static_cast<std::size_t>(2 * D);
     for (std::size_t side = 0; side < sides; ++side) {
         c.walls[side].kind = random() % 3 == 0 ? lbm::Border::slip : lbm::Border::wall;

@@ -10,36 +10,37 @@
 
 using namespace lattice_case;
 
+namespace {
+
+void check_array(std::ptrdiff_t side, double c, double reference)
+{
+    verification::Stopwatch const watch;
+    double const diameter = std::sqrt(4 * c / std::numbers::pi) * static_cast<double>(side);
+    double const got = disc_array_drag(side, diameter);
+    CHECK(verification::report({"L06", text("F/(mu U) at c=%.2f, d=%.1f dx [-]", c, diameter), got, reference,
+                                relative(got, reference), 0.01, watch.seconds()}));
+}
+
+}  // namespace
+
 TEST_CASE("L06: Stokes drag on a square array of discs, d = 20 cells (c <= 0.4) and gap = 10 cells")
 {
     // Sangani and Acrivos, Int. J. Multiphase Flow 8 (1982) 193, recomputed to 7 digits by fundamental solutions
-    struct Row
-    {
-        std::ptrdiff_t side;
-        double c, drag;
-    };
     // mark: 1 % is the best of the published lattice methods for c <= 0.4. Beyond, at least 10 cells in the gap, as the
     // table asks for
-    for (Row const row :
-         {Row{79, 0.05, 15.55782232}, Row{56, 0.1, 24.83167525}, Row{40, 0.2, 51.52694896}, Row{32, 0.3, 102.8813037},
-          Row{28, 0.4, 217.8943147}, Row{50, 0.5, 532.5481184}, Row{80, 0.6, 1763.57336}}) {
-        verification::Stopwatch const watch;
-        double const ratio = std::sqrt(4 * row.c / std::numbers::pi);
-        double const diameter = ratio * static_cast<double>(row.side);
-        double const got = disc_array_drag(row.side, diameter);
-        CHECK(verification::report({"L06", text("F/(mu U) at c=%.2f, d=%.1f dx [-]", row.c, diameter), got, row.drag,
-                                    relative(got, row.drag), 0.01, watch.seconds()}));
-    }
+    check_array(79, 0.05, 15.55782232);
+    check_array(56, 0.1, 24.83167525);
+    check_array(40, 0.2, 51.52694896);
+    check_array(32, 0.3, 102.8813037);
+    check_array(28, 0.4, 217.8943147);
+    check_array(50, 0.5, 532.5481184);
+    check_array(80, 0.6, 1763.57336);
 }
 
 //! Two minutes.
 TEST_CASE("L06: the same at c = 0.7" * doctest::skip())
 {
-    verification::Stopwatch const watch;
-    double const diameter = std::sqrt(2.8 / std::numbers::pi) * 286, reference = 13519.2;  // gap = 16 cells
-    double const got = disc_array_drag(286, diameter);
-    CHECK(verification::report({"L06", text("F/(mu U) at c=%.2f, d=%.1f dx [-]", 0.7, diameter), got, reference,
-                                relative(got, reference), 0.01, watch.seconds()}));
+    check_array(286, 0.7, 13519.2);  // 16 cells in the gap
 }
 
 TEST_CASE("L06: the same in single precision")

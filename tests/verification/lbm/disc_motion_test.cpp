@@ -261,83 +261,72 @@ TEST_CASE("C03: the same with an interpolated surface, and with direct forcing")
     }
 }
 
+namespace {
+
+//! Closed form: T = 4 pi mu w R1^2 R2^2/(R2^2 - R1^2).
+void check_cavity(char const* name, double inner, double outer, double mark, lbm::Surface surface)
+{
+    verification::Stopwatch const watch;
+    Cavity const got = turn_in_cavity(inner, outer, surface);
+    double const ratio = inner / outer, reference = 4 * std::numbers::pi / (1 - ratio * ratio);
+    std::string const at = text(" at R1=%.0f, R2=%.0f dx [-]", inner, outer);
+    CHECK(verification::report({name, of_surface(surface, "T/(mu w R1^2)" + at), got.torque, reference,
+                                relative(got.torque, reference), mark, watch.seconds()}));
+    CHECK(verification::report({name, of_surface(surface, "u_theta RMS / (w R1)" + at), got.swirl_rms, 0, got.swirl_rms,
+                                mark, watch.seconds()}));
+}
+
+}  // namespace
+
 TEST_CASE("C04: disc turning in a circular cavity")
 {
-    // closed form: T = 4 pi mu w R1^2 R2^2/(R2^2 - R1^2); marks 3 % at R1 = 10 cells, 1.5 % at 20
-    for (auto const surface : all_surfaces)
-        for (double const inner : {10.0, 20.0}) {
-            verification::Stopwatch const watch;
-            Cavity const got = turn_in_cavity(inner, 3 * inner, surface);
-            double const reference = 4 * std::numbers::pi * 9 / 8, mark = inner < 15 ? 0.03 : 0.015;
-            std::string const at = text(" at R1=%.0f, R2=%.0f dx [-]", inner, 3 * inner);
-            CHECK(verification::report({"C04", of_surface(surface, "T/(mu w R1^2)" + at), got.torque, reference,
-                                        relative(got.torque, reference), mark, watch.seconds()}));
-            CHECK(verification::report({"C04", of_surface(surface, "u_theta RMS / (w R1)" + at), got.swirl_rms, 0,
-                                        got.swirl_rms, mark, watch.seconds()}));
-        }
+    // marks 3 % at R1 = 10 cells, 1.5 % at 20
+    for (auto const surface : all_surfaces) {
+        check_cavity("C04", 10, 30, 0.03, surface);
+        check_cavity("C04", 20, 60, 0.015, surface);
+    }
 }
 
 TEST_CASE("C04b: disc turning in a narrow and in a wide cavity")
 {
-    // closed form as above
-    for (auto const& [inner, outer, mark] : {std::tuple{12.0, 24.0, 0.03}, {16.0, 80.0, 0.03}}) {
-        verification::Stopwatch const watch;
-        Cavity const got = turn_in_cavity(inner, outer, lbm::Surface::covered);
-        double const ratio = inner / outer, reference = 4 * std::numbers::pi / (1 - ratio * ratio);
-        std::string const at = text(" at R1=%.0f, R2=%.0f dx [-]", inner, outer);
-        CHECK(verification::report({"C04b", "T/(mu w R1^2)" + at, got.torque, reference,
-                                    relative(got.torque, reference), mark, watch.seconds()}));
-        CHECK(verification::report(
-            {"C04b", "u_theta RMS / (w R1)" + at, got.swirl_rms, 0, got.swirl_rms, mark, watch.seconds()}));
-    }
-}
-
-TEST_CASE("C05b: a free disc turns with a shear between walls")
-{
-    // fundamental solutions; mark 1.5 % with a of 12 cells or more
-    for (auto const surface : all_surfaces)
-        for (auto const& [height, ratio, reference] :
-             {std::tuple{std::ptrdiff_t{48}, 0.5, -0.419573}, std::tuple{std::ptrdiff_t{120}, 0.2, -0.488717}}) {
-            verification::Stopwatch const watch;
-            double const got = turning_in_shear(height, ratio, surface);
-            std::string const name =
-                of_surface(surface, text("w/rate at 2a/H=%.1f, H=%.0f dx [-]", ratio, static_cast<double>(height)));
-            CHECK(
-                verification::report({"C05b", name, got, reference, relative(got, reference), 0.015, watch.seconds()}));
-        }
-}
-
-TEST_CASE("C05b: the same in a wide channel" * doctest::skip())
-{
-    verification::Stopwatch const watch;
-    double const got = turning_in_shear(240, 0.1, lbm::Surface::covered), reference = -0.497243;
-    CHECK(verification::report({"C05b", text("w/rate at 2a/H=%.1f, H=%.0f dx [-]", 0.1, 240), got, reference,
-                                relative(got, reference), 0.015, watch.seconds()}));
+    check_cavity("C04b", 12, 24, 0.03, lbm::Surface::covered);
+    check_cavity("C04b", 16, 80, 0.03, lbm::Surface::covered);
 }
 
 namespace {
 
-void check_carried(std::ptrdiff_t height, double ratio, double reference, lbm::Surface surface)
+//! What a free disc does between walls; fundamental solutions, mark 1.5 % with a of 12 cells or more.
+void check_free(char const* what, double (*measure)(std::ptrdiff_t, double, lbm::Surface), std::ptrdiff_t height,
+                double ratio, double reference, lbm::Surface surface)
 {
     verification::Stopwatch const watch;
-    double const got = carried_in_channel(height, ratio, surface);
+    double const got = measure(height, ratio, surface);
     std::string const name =
-        of_surface(surface, text("U/U_max at 2a/H=%.1f, H=%.0f dx [-]", ratio, static_cast<double>(height)));
+        of_surface(surface, what + text(" at 2a/H=%.1f, H=%.0f dx [-]", ratio, static_cast<double>(height)));
     CHECK(verification::report({"C05b", name, got, reference, relative(got, reference), 0.015, watch.seconds()}));
 }
 
 }  // namespace
 
-TEST_CASE("C05b: a free disc is carried along the middle of a channel")
+TEST_CASE("C05b: a free disc turns with a shear between walls")
 {
-    // fundamental solutions; mark 1.5 % with a of 12 cells or more
-    for (auto const surface : all_surfaces) check_carried(48, 0.5, 0.887999, surface);
+    for (auto const surface : all_surfaces) {
+        check_free("w/rate", turning_in_shear, 48, 0.5, -0.419573, surface);
+        check_free("w/rate", turning_in_shear, 120, 0.2, -0.488717, surface);
+    }
 }
 
+TEST_CASE("C05b: a free disc is carried along the middle of a channel")
+{
+    for (auto const surface : all_surfaces) check_free("U/U_max", carried_in_channel, 48, 0.5, 0.887999, surface);
+}
+
+//! Two minutes.
 TEST_CASE("C05b: the same in wide channels" * doctest::skip())
 {
-    check_carried(120, 0.2, 0.980323, lbm::Surface::covered);
-    check_carried(240, 0.1, 0.995020, lbm::Surface::covered);
+    check_free("w/rate", turning_in_shear, 240, 0.1, -0.497243, lbm::Surface::covered);
+    check_free("U/U_max", carried_in_channel, 120, 0.2, 0.980323, lbm::Surface::covered);
+    check_free("U/U_max", carried_in_channel, 240, 0.1, 0.995020, lbm::Surface::covered);
 }
 
 TEST_CASE("C06: added mass and damping of a disc that swings in a cavity, a = 16 cells")

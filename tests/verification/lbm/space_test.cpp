@@ -280,32 +280,33 @@ double settling(std::ptrdiff_t side, double concentration, lbm::Surface surface,
     return slip / stokes;
 }
 
+//! 1/((1 - c) K), K of Zick and Homsy; mark 3 % with d = 10 cells.
+void check_settling(std::ptrdiff_t side, double concentration, double reference, lbm::Surface surface)
+{
+    verification::Stopwatch const watch;
+    double const got = settling(side, concentration, surface);
+    std::string const name =
+        of_surface(surface, text("W/U_Stokes at c=%.3f, L=%.0f dx [-]", concentration, static_cast<double>(side)));
+    CHECK(verification::report({"C01", name, got, reference, relative(got, reference), 0.03, watch.seconds()}));
+}
+
 }  // namespace
 
 TEST_CASE("C01: a free sphere settles in a periodic cube, d = 10 cells")
 {
-    // 1/((1 - c) K), K of Zick and Homsy; mark 3 % with d = 10 cells
     using lbm::Surface;
     for (auto const& [side, concentration, reference, surface] :
          {std::tuple{std::ptrdiff_t{16}, 0.125, 0.2663016169, Surface::covered},
           {std::ptrdiff_t{16}, 0.125, 0.2663016169, Surface::interpolated},
           {std::ptrdiff_t{16}, 0.125, 0.2663016169, Surface::forced},
-          {std::ptrdiff_t{27}, 0.027, 0.5118916232, Surface::covered}}) {
-        verification::Stopwatch const watch;
-        double const got = settling(side, concentration, surface);
-        std::string const name =
-            of_surface(surface, text("W/U_Stokes at c=%.3f, L=%.0f dx [-]", concentration, static_cast<double>(side)));
-        CHECK(verification::report({"C01", name, got, reference, relative(got, reference), 0.03, watch.seconds()}));
-    }
+          {std::ptrdiff_t{27}, 0.027, 0.5118916232, Surface::covered}})
+        check_settling(side, concentration, reference, surface);
 }
 
 //! Five minutes.
 TEST_CASE("C01: the same in a wide cube" * doctest::skip())
 {
-    verification::Stopwatch const watch;
-    double const got = settling(81, 0.001, lbm::Surface::covered), reference = 0.8258124126;
-    CHECK(verification::report({"C01", text("W/U_Stokes at c=%.3f, L=%.0f dx [-]", 0.001, 81), got, reference,
-                                relative(got, reference), 0.03, watch.seconds()}));
+    check_settling(81, 0.001, 0.8258124126, lbm::Surface::covered);
 }
 
 TEST_CASE("C01: a sphere of a tenth of the fluid's density rises in a periodic cube, d = 10 cells")
