@@ -207,8 +207,8 @@ void Solver<D>::restore(sluice::State const& kept)
                 sluice::Exit::io);
         });
     std::vector<Motion> solids;
-    if (!solid_exchange_.empty())
-        solids = take_rows<freedoms, Motion>(kept, "solids/exchange", solid_exchange_.size(), [](double const* v) {
+    if (kept.has("solids/exchange"))
+        solids = take_rows<freedoms, Motion>(kept, "solids/exchange", coverage_.patches().size(), [](double const* v) {
             Motion m;
             std::copy_n(v, freedoms, m.begin());
             return m;

@@ -47,22 +47,23 @@ struct MeanLoad
 //! How the work was shared out, summed over the steps of the run; for the summary.
 struct Shares
 {
-    double covered_cells = 0, rebuilt_bodies = 0, steps = 0;
+    double covered_cells = 0, rebuilt_bodies = 0, without_solid_loads = 0, steps = 0;
 
-    void add(Share const& share)
+    void add(Share const& share, SolidLoads on_solids)
     {
         covered_cells += share.covered_cells;
         rebuilt_bodies += share.rebuilt_bodies;
+        without_solid_loads += on_solids == SolidLoads::left_out ? 1 : 0;
         steps += 1;
     }
     void keep(sluice::State& state) const
     {
-        state.put("shares", std::vector<double>{covered_cells, rebuilt_bodies, steps});
+        state.put("shares", std::vector<double>{covered_cells, rebuilt_bodies, without_solid_loads, steps});
     }
     static Shares kept(sluice::State const& state)
     {
-        auto const numbers = state.numbers("shares", 3);
-        return {numbers[0], numbers[1], numbers[2]};
+        auto const numbers = state.numbers("shares", 4);
+        return {numbers[0], numbers[1], numbers[2], numbers[3]};
     }
 };
 
@@ -218,13 +219,25 @@ void tell_at_start(sluice::Participant& self, Config const& config, Layout const
     if (config.phase) self.fact("bulk modulus of the fluid [Pa]", config.units().pressure_unit() / 3);
 }
 
-void tell_what_was_skipped(sluice::Participant& self, Shares const& shares, ranks::Peers* peers)
+//! Whether the table may get a row at the end of the next window. Its first step's loads take in the step before.
+bool row_may_follow(sluice::Window const& window, sluice::Scene const& scene)
+{
+    if (scene.participants.size() > 1) return true;  // who paces the run may make windows longer, or end it
+    sluice::Window next{.begin = window.end, .end = window.end + 1.001 * window.length};  // more than it will be
+    next.last = next.end >= scene.end;
+    return next.due(scene.series_interval);
+}
+
+void tell_what_was_skipped(sluice::Participant& self, Config const& config, Shares const& shares, ranks::Peers* peers)
 {
     double const covered =
         peers ? ranks::sums(*peers, std::vector<double>{shares.covered_cells})[0] : shares.covered_cells;
     self.skipped("grain kernel", "cells that no grain covers run the plain fluid kernel", 1 - covered / shares.steps);
     self.skipped("solid fractions", "grains that moved too little keep those of the step before",
                  1 - shares.rebuilt_bodies / shares.steps);
+    if (!config.solids.empty())
+        self.skipped("loads on solids at rest", "steps of windows after which no row of the table is written",
+                     shares.without_solid_loads / shares.steps);
 }
 
 //! Of several processes, all of which call it, the first speaks with partners.
@@ -285,19 +298,22 @@ void run(sluice::Participant& self, Config const& config)
                 recording.picture(0.0);
                 recording.row(0.0, {}, on_solids);
             }
-            solver.step();
+            auto const asked = window.series || (k + 1 == steps && row_may_follow(window, self.scene()))
+                                   ? SolidLoads::found
+                                   : SolidLoads::left_out;
+            solver.step(asked);
             if (k == 0) std::fill(on_solids.begin(), on_solids.end(), 0.0);
-            for (std::size_t i = 0; i < on_solids.size(); ++i)
+            for (std::size_t i = 0; i < on_solids.size(); ++i)  // counts where a row follows: found in all steps there
                 on_solids[i] += solver.solid_loads().force[i] / static_cast<double>(steps);
             load.add(solver.loads(), 1.0 / static_cast<double>(steps));
-            shares.add(solver.share());
+            shares.add(solver.share(), asked);
         }
         tell();
         if (iterates && !self.accepted(window)) continue;
         if (window.output) recording.picture(window.end);
         if (window.series) recording.row(window.end, load.impulse(window.length), on_solids);
     }
-    tell_what_was_skipped(self, shares, peers.get());
+    tell_what_was_skipped(self, config, shares, peers.get());
     recording.close();
 }
 

@@ -48,7 +48,7 @@ void Solver<D>::add_parts(std::size_t index, std::vector<SumPart<freedoms>>& par
 template <int D>
 std::vector<typename Solver<D>::Motion> Solver<D>::exchanged()
 {
-    std::size_t const patches = solid_exchange_.size(), solids = covering().size() + patches;
+    std::size_t const patches = patches_with_loads(), solids = covering().size() + patches;
     std::vector<Motion> sums;
     if (links_) sums = links_->impulses();
     if (solids == 0) return sums;
@@ -60,7 +60,7 @@ std::vector<typename Solver<D>::Motion> Solver<D>::exchanged()
     });
     std::vector<SumPart<freedoms>> parts;
     for (auto const& some : of_chunk) parts.insert(parts.end(), some.begin(), some.end());
-    rim_loads_.add_parts(populations_, solids, parts);
+    if (finds_solid_loads_) rim_loads_.add_parts(populations_, solids, parts);
     auto const of_covering = domain_.totals(parts, solids + patches);
     sums.insert(sums.end(), of_covering.begin(), of_covering.end());
     return sums;
@@ -70,7 +70,7 @@ std::vector<typename Solver<D>::Motion> Solver<D>::exchanged()
 template <int D>
 bool Solver<D>::sum_loads()
 {
-    std::size_t const n = bodies_.size(), patches = solid_exchange_.size();
+    std::size_t const n = bodies_.size(), patches = patches_with_loads();
     double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
     std::vector<Motion> const sums = exchanged();
     bool finite = true;
@@ -80,7 +80,10 @@ bool Solver<D>::sum_loads()
         finite = finite && std::isfinite(std::accumulate(sums[i].begin(), sums[i].end(), 0.0));
     }
     find_loads();
-    if (patches > 0) find_solid_loads(std::span(sums).subspan(n, patches), std::span(sums).subspan(n + patches));
+    if (patches == 0)
+        solid_exchange_.clear();
+    else
+        find_solid_loads(std::span(sums).subspan(n, patches), std::span(sums).subspan(n + patches));
     std::ptrdiff_t covered = std::accumulate(covered_cells_.begin(), covered_cells_.end(), std::ptrdiff_t{0});
     if (links_) covered += static_cast<std::ptrdiff_t>(links_->cells_here());
     share_.covered_cells = static_cast<double>(covered) / static_cast<double>(domain_.whole().stored());
@@ -183,11 +186,13 @@ template <int D>
 void Solver<D>::find_solid_loads(std::span<Motion const> strips, std::span<Motion const> rims)
 {
     double const force_unit = config_.units().force_unit(), torque_unit = config_.units().torque_unit();
-    for (std::size_t i = 0; i < solid_exchange_.size(); ++i) {
+    bool const last_is_known = !solid_exchange_.empty();
+    solid_exchange_.resize(rims.size());
+    for (std::size_t i = 0; i < rims.size(); ++i) {
         Motion now = strips[i];
         for (std::size_t k = 0; k < freedoms; ++k) now[k] += rims[i][k];
         for (std::size_t k = 0; k < freedoms; ++k) now[k] *= k < D ? force_unit : torque_unit;
-        Motion const& last = solid_exchange_[i];
+        Motion const& last = last_is_known ? solid_exchange_[i] : now;
         auto const& patch = coverage_.patches()[i];
         double const mass_unit = config_.units().mass_unit();
         constexpr std::array<double, D> rest{};

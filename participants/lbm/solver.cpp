@@ -139,8 +139,8 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
       team_(config_.threads),
       populations_(layout_, config_.precision, team_),
       solid_exchange_(coverage_.patches().size()),
-      solid_force_(D * solid_exchange_.size()),
-      solid_torque_(spins<D> * solid_exchange_.size()),
+      solid_force_(D * coverage_.patches().size()),
+      solid_torque_(spins<D> * coverage_.patches().size()),
       covered_cells_(static_cast<std::size_t>(layout_.rows()))
 {
     require_shareable(config_, peers ? peers->count() : 1);
@@ -213,8 +213,9 @@ std::array<double, D> Solver<D>::acceleration_at(std::array<double, D> const& pl
 }
 
 template <int D>
-void Solver<D>::step()
+void Solver<D>::step(SolidLoads on_solids)
 {
+    finds_solid_loads_ = on_solids == SolidLoads::found;
     sluice::Team::Awake const awake(team_);
     std::ptrdiff_t const rebuilt = coverage_.update(covering(), team_);
     if (links_) {
@@ -290,7 +291,7 @@ void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
             while (next < most && has_solids(next) && rows_in_block(next, next + 1) == 0) ++next;
             collide_solid_rows(begin, next);
         }
-        rim_loads_.find(populations_, begin, next);
+        if (finds_solid_loads_) rim_loads_.find(populations_, begin, next);
     }
 }
 

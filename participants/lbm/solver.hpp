@@ -40,6 +40,13 @@ struct LoadsView
     std::span<double const> torque;  //!< about the centre [N m], shape as angular_velocity
 };
 
+//! What a step tells of solids at rest. Left out it takes less time; the fluid goes on alike.
+enum class SolidLoads
+{
+    found,
+    left_out
+};
+
 //! State of the fluid at a point, for Solver::set_state().
 template <int D>
 struct PointState
@@ -90,14 +97,17 @@ class Solver
     void set_phase(PhaseView const& points, std::int64_t steps) { phase_->place(points, steps); }
     std::span<double const> phase_force() { return phase_->force(); }  //!< on each in these [N], mean; [point][D]
     void set_state(std::function<PointState<D>(std::array<double, D> const& at)> const& state);
-    void step();  //!< one time_step(); throws Error (exit 6) if the run blew up
+    //! One time_step(). Throws Error (exit 6) if the run blew up.
+    void step(SolidLoads on_solids = SolidLoads::found);
     LoadsView loads() const noexcept { return {force_, torque_}; }  //!< of the last step, relaxed if grains are light
     LoadsView exchange() const noexcept
     {
         return {exchange_, exchange_torque_};
     }  //!< the momentum the lattice lost, per step
 
-    LoadsView solid_loads() const noexcept { return {solid_force_, solid_torque_}; }  //!< on solids at rest
+    //! On solids at rest, of the last step that found them: with what they got in the step before, or as if that had
+    //! been the same if it was left out.
+    LoadsView solid_loads() const noexcept { return {solid_force_, solid_torque_}; }
     std::vector<double> solid_volumes() const;  //!< of their parts that are stored [cells]
 
     //! The first process gets all blocks, others their own.
@@ -119,11 +129,11 @@ class Solver
         return populations_.bytes() + coverage_.bytes() + still_.bytes() + (links_ ? links_->bytes() : 0);
     }  //!< of all that is large, in this process
 
-    //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest; of the bodies
-    //! `bodies/id`, `bodies/place` (Body, lattice units), `bodies/displaced`; of the bodies of the last step `last/id`,
-    //! `last/velocity` [m/s, 1/s], `last/exchange` [N, N m], with light grains `last/load`; `populations/0` and so on,
-    //! shape [z][y][x], as doubles or, in single precision, floats as bytes: of a shared lattice those of this process,
-    //! and `layers/extra`, the cost by which it is shared, if there is any.
+    //! Puts in all that a run needs to go on: `steps`; `solids/exchange` [N, N m], with solids at rest, if found; of
+    //! the bodies `bodies/id`, `bodies/place` (Body, lattice units), `bodies/displaced`; of the bodies of the last step
+    //! `last/id`, `last/velocity` [m/s, 1/s], `last/exchange` [N, N m], with light grains `last/load`; `populations/0`
+    //! and so on, shape [z][y][x], as doubles or, in single precision, floats as bytes: of a shared lattice those of
+    //! this process, and `layers/extra`, the cost by which it is shared, if there is any.
     void keep(sluice::State& kept);
     //! Of a solver with the same configuration and extra cost. Throws Error (exit 7) for a state of another lattice.
     void restore(sluice::State const& kept);
@@ -167,6 +177,7 @@ class Solver
     void collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots);
     template <class Stored>
     void collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTheWay& ends);
+    std::size_t patches_with_loads() const noexcept { return finds_solid_loads_ ? coverage_.patches().size() : 0; }
     bool sum_loads();
     void add_parts(std::size_t index, std::vector<SumPart<freedoms>>& parts) const;
     std::vector<Motion> exchanged();
@@ -239,7 +250,8 @@ class Solver
     std::vector<Past> past_;          //!< of the bodies last_id_
     std::vector<Motion> strip_load_;  //!< force and torque [lattice units]
     std::vector<double> force_, torque_, exchange_, exchange_torque_;
-    std::vector<Motion> solid_exchange_;  //!< of the last step with the patches [N, N m]
+    bool finds_solid_loads_ = true;       //!< in this step
+    std::vector<Motion> solid_exchange_;  //!< of the last step with the patches [N, N m]; empty: left out
     std::vector<double> solid_force_, solid_torque_;
     std::vector<std::ptrdiff_t> covered_cells_;  //!< for each row
     Share share_{};

@@ -125,7 +125,7 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots)
         still_.point(run, solid);
         kernels_.covered(slots, {run.begin, run.end}, relaxation, solid);
     }
-    find_still_loads(r, solid);
+    if (finds_solid_loads_) find_still_loads(r, solid);
 }
 
 //! `count` rows that are alike, from r on.
@@ -150,7 +150,7 @@ void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTh
     for (std::ptrdiff_t const last = r + count; r < last; ++r) {
         covered_cells_[static_cast<std::size_t>(r)] = row.touched;
         for (Stored* const force : solid.force) std::fill_n(force + nx, stride - nx, Stored{});  // of no cell
-        find_still_loads(r, solid);
+        if (finds_solid_loads_) find_still_loads(r, solid);
         for (Stored*& force : solid.force) force += stride;
     }
 }

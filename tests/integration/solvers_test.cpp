@@ -344,6 +344,30 @@ TEST_CASE("centrifuge_column: against the rotation the Coriolis part lifts the f
     CHECK(far.at("-8.530026") > 1.3);
 }
 
+TEST_CASE("loads on solids at rest are the same in the table whether it has a row each step or one now and then")
+{
+    in_threads::Scratch scratch;
+    std::map<std::string, std::map<std::string, std::vector<double>>> tables;
+    double const step = 0.05 * 0.01 / 0.3;  // s: lattice velocity, cell, velocity
+    for (auto const& [name, every] : {std::pair("each", 1), std::pair("some", 7), std::pair("last", 1000)}) {
+        auto const out = scratch.path() / name;
+        REQUIRE(run(configs / "channel_cylinder.yaml", out,
+                    {"participants.fluid.config.cell=0.01", fmt::format("output.series={:.17g}", every * step),
+                     fmt::format("time.end={:.17g}", 24 * step), "output.interval=0"})
+                    .exit == 0);
+        tables[name] = read_table(out / "fluid.csv");
+    }
+    auto& each = tables["each"];
+    REQUIRE(each["time [s]"].size() == 25);
+    for (auto const& [name, rows] : {std::pair("some", std::vector<std::size_t>{0, 7, 14, 21, 24}),
+                                     std::pair("last", std::vector<std::size_t>{0, 24})}) {
+        REQUIRE(tables[name]["time [s]"].size() == rows.size());
+        for (auto const& [column, values] : tables[name])
+            for (std::size_t k = 0; k < rows.size(); ++k) CHECK(values[k] == each[column][rows[k]]);
+    }
+    CHECK(each["cylinder_force_x [N/m]"][24] > 0);
+}
+
 TEST_CASE("sweep D5: with 2 to 500 steps of the grains in one of the fluid a disc sinks and lands alike")
 {
     in_threads::Scratch scratch;

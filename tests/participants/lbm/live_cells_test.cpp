@@ -366,6 +366,44 @@ TEST_CASE("live cells: what solids get through cells that are left out does not 
     }
 }
 
+TEST_CASE_TEMPLATE("live cells: loads on solids that are left out change nothing else, and are the same a step later",
+                   Space, std::integral_constant<int, 2>, std::integral_constant<int, 3>)
+{
+    constexpr int D = Space::value;
+    lbm::Config c = box_of<D>({40, 30, D == 2 ? 0.0 : 20});
+    c.set_periodic(0);
+    c.acceleration = {1e-5, 2e-6, 0};
+    c.solids = {block({0, 0, 0}, {40, 12.3, 20}), block({17.4, 5, 4}, {22, 20.2, 16})};
+    lbm::Solver<D> always(c), seldom(c);
+    std::vector<double> at(D, 15.2), velocity(D, 0.01), spin(lbm::spins<D>, 1e-3), radius{2.3};
+    at[1] = 24.2;
+    auto const step = [&](lbm::SolidLoads of_other) {
+        for (auto* solver : {&always, &seldom}) solver->set_bodies({at, velocity, spin, radius});
+        always.step();
+        seldom.step(of_other);
+        for (double& x : at) x += 0.01;
+    };
+    for (int k = 0; k < 20; ++k) step(lbm::SolidLoads::left_out);
+    CHECK(std::ranges::equal(always.loads().force, seldom.loads().force));
+    sluice::State kept, without;
+    seldom.keep(without);
+    CHECK_FALSE(without.has("solids/exchange"));
+    seldom.restore(without);
+    step(lbm::SolidLoads::found);
+    always.keep(kept);
+    auto const exchange = kept.numbers("solids/exchange", (D + lbm::spins<D>)*c.solids.size());
+    auto const covered = seldom.solid_volumes();
+    for (std::size_t i = 0; i < c.solids.size(); ++i) {
+        double const only = exchange[(D + lbm::spins<D>)*i] - covered[i] * c.acceleration[0];
+        CHECK(std::abs(seldom.solid_loads().force[D * i] - only) <= 1e-14 * std::abs(only));
+        CHECK(std::abs(always.solid_loads().force[D * i] - only) > 1e-6 * std::abs(only));  // a step later it is not
+    }
+    step(lbm::SolidLoads::found);
+    CHECK(std::ranges::equal(always.solid_loads().force, seldom.solid_loads().force));
+    CHECK(std::ranges::equal(always.solid_loads().torque, seldom.solid_loads().torque));
+    CHECK(by_place(always) == by_place(seldom));
+}
+
 TEST_CASE("live cells: a run goes on bit for bit, whatever the number of threads")
 {
     lbm::Config c = bent_channel();
