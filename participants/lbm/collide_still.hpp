@@ -60,14 +60,9 @@ void collide_slots(Slots<3, Stored> const& slots, std::ptrdiff_t origin, StillBl
     {
         change<fluid, V>(CellInRow<V, Stored>{f, x - origin}, c, rates_of<fluid, V>(r, none), V{});
     };
-    std::ptrdiff_t row = rows.runs.empty() ? 0 : -rows.stride;
-    std::size_t next = rows.runs.empty() ? 0 : rows.runs.size() - 1;  // it may end in the first row
-    for (std::ptrdiff_t x = begin; x < end;) {
-        if (next == rows.runs.size()) {
-            x = collide_registers<ahead, lanes>(x, end, way, find_fluid, change_fluid);
-            break;
-        }
-        StillRun const& run = rows.runs[next];
+    std::ptrdiff_t x = begin;
+    auto const collide_run = [&](StillRun const& run, std::ptrdiff_t row) __attribute__((always_inline))
+    {
         std::ptrdiff_t const to = std::min(end, row + run.end), free = std::min(end, row + run.begin - lanes + 1);
         Numbers const numbers(rows.numbers, run, -row);
         auto const find_still = [&](std::ptrdiff_t at) __attribute__((always_inline))
@@ -75,7 +70,8 @@ void collide_slots(Slots<3, Stored> const& slots, std::ptrdiff_t origin, StillBl
             StillCell<V> s(numbers.from(at));
             if constexpr (fluid.frame) place = counted_from<V>(static_cast<double>(at));
             Change const found = find_change<solid, V>(CellInRow<V, Stored>{f, at - origin}, r, s.rates, s, place);
-            for (std::size_t k = 0; k < 3; ++k) store(rows.force[k] + at, s.force[k]);
+            if (rows.force[0] != nullptr)
+                for (std::size_t k = 0; k < 3; ++k) store(rows.force[k] + at, s.force[k]);
             return found;
         };
         auto const change_still = [&](std::ptrdiff_t at, Change const& c) __attribute__((always_inline))
@@ -85,8 +81,11 @@ void collide_slots(Slots<3, Stored> const& slots, std::ptrdiff_t origin, StillBl
         };
         x = collide_registers<ahead, lanes>(x, free, way, find_fluid, change_fluid);
         x = collide_registers<ahead, lanes>(x, to, way, find_still, change_still);
-        if (++next == rows.runs.size()) next = 0, row += rows.stride;
-    }
+    };
+    for (std::ptrdiff_t k = begin / rows.stride; k < rows.count; ++k)
+        for (std::uint32_t run = rows.rows[k].at, last = run + rows.rows[k].count; run < last; ++run)
+            collide_run(rows.runs[run], k * rows.stride);
+    collide_registers<ahead, lanes>(x, end, way, find_fluid, change_fluid);
 }
 
 //! Collides rows in line in which solids rest, with what lies between them.

@@ -48,17 +48,6 @@ void set_core_weight(Strip<D> const& strip, std::span<Body<D> const> bodies, Row
     }
 }
 
-//! Strips of a row belong to different discs, each with a place of its own in memory.
-template <class T>
-void prefetch(T const* first, std::ptrdiff_t count)
-{
-    constexpr std::size_t line = 64;  // bytes
-    auto const* const begin = reinterpret_cast<char const*>(first);
-    for (std::size_t at = 0; at < static_cast<std::size_t>(count) * sizeof(T); at += line)
-        __builtin_prefetch(begin + at);
-    __builtin_prefetch(begin + static_cast<std::size_t>(count) * sizeof(T) - 1);
-}
-
 }  // namespace
 
 //! Cuts the row into runs of blocks with and without solids.

@@ -213,6 +213,16 @@ template <int D, class Stored>
     constexpr int first_cache = 3, second_cache = 2;
     __builtin_prefetch(at + lines * line / sizeof(Stored), 0, D == 2 ? first_cache : second_cache);
 }
+//! Asks for numbers that will be read soon, from where the machine does not expect it.
+template <class T>
+inline void prefetch(T const* first, std::ptrdiff_t count) noexcept
+{
+    constexpr std::size_t line = 64;  // bytes
+    auto const* const begin = reinterpret_cast<char const*>(first);
+    for (std::size_t at = 0; at < static_cast<std::size_t>(count) * sizeof(T); at += line)
+        __builtin_prefetch(begin + at);
+    __builtin_prefetch(begin + static_cast<std::size_t>(count) * sizeof(T) - 1);
+}
 template <class V, class Stored>
 [[gnu::always_inline]] inline void store(Stored* to, V const& v) noexcept
 {

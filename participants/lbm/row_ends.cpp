@@ -60,9 +60,18 @@ void RowEnds<D, Stored>::enter(std::ptrdiff_t row)
     std::ptrdiff_t const r = begin_ + row;
     if (links_ != &walls_.entrances.of_row(r)) list(row);
     write(into_low_, row);
-    if (!others_) return;
-    for (Entrance const& link : *links_)
-        if (!comes_from_end(rows_, r, link)) enter_link(rows_, r, link, walls_);
+    for (Entrance const* const link : others_) enter_link(rows_, r, *link, walls_);
+    if (r + 1 < rows_.rows()) ask_for(r + 1);
+}
+
+//! Asks for what enters the row after this one along all of it. It lies far from the rest.
+template <int D, class Stored>
+void RowEnds<D, Stored>::ask_for(std::ptrdiff_t r) const
+{
+    auto const& links = walls_.entrances.of_row(r);
+    if (&links == links_ && others_.empty()) return;
+    for (Entrance const& link : links)
+        if (link.cells > 1) ask_for_link(rows_, r, link);
 }
 
 //! Lists what enters this row at its ends, and those after it that are alike.
@@ -72,12 +81,14 @@ void RowEnds<D, Stored>::list(std::ptrdiff_t row)
     std::ptrdiff_t const r = begin_ + row;
     links_ = &walls_.entrances.of_row(r);
     listed_ = row;
-    others_ = false;
+    others_.clear();
     into_low_.count = into_high_.count = 0;
     for (Entrance const& link : *links_) {
         Stored const* const from = comes_from_end(rows_, r, link);
-        others_ = others_ || from == nullptr;
-        if (from == nullptr) continue;
+        if (from == nullptr) {
+            others_.push_back(&link);
+            continue;
+        }
         Arrivals& arrivals = Lattice<D>::c[link.into][0] > 0 ? into_low_ : into_high_;
         arrivals.all[arrivals.count++] = {rows_.row(link.into, r) + link.x, from, link.push};
     }

@@ -47,6 +47,7 @@ class RowEnds : public OnTheWay
 
     void pass(std::ptrdiff_t at);
     void enter(std::ptrdiff_t row);
+    void ask_for(std::ptrdiff_t r) const;
     void list(std::ptrdiff_t row);
     void write(Arrivals const& arrivals, std::ptrdiff_t row) const noexcept;
     void note(Departures& departures, std::ptrdiff_t at) const noexcept;
@@ -58,7 +59,7 @@ class RowEnds : public OnTheWay
     std::ptrdiff_t here_ = 0;                       //!< the row that the kernel is in; rows count from the first one
     std::vector<Entrance> const* links_ = nullptr;  //!< of the rows that are listed
     std::ptrdiff_t listed_ = 0;                     //!< the first one
-    bool others_ = false;                           //!< whether more enters them than what is listed
+    std::vector<Entrance const*> others_{};         //!< of these, what enters elsewhere
     Arrivals into_low_{}, into_high_{};
     Departures from_low_, from_high_;
 };

@@ -277,18 +277,25 @@ template <int D>
 void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
 {
     for (std::ptrdiff_t next = begin; begin < end; begin = next) {
-        if ((next = begin + rows_without_solids(begin, end)) > begin) {
+        bool in_block = false;
+        std::ptrdiff_t const last = begin + rows_in_line(begin, end);
+        for (; next < last; ++next) {
+            Way const way = way_of(next);
+            if (way == Way::alone) break;
+            in_block = in_block || way == Way::in_block;
+        }
+        if (in_block) {
+            collide_in_line(begin, next, [&]<class Stored>(Rows<D, Stored> const&, OnTheWay& ends) {
+                collide_still_block<Stored>(begin, next - begin, ends);
+            });
+        } else if (next > begin) {
             collide_in_line(begin, next, [&]<class Stored>(Rows<D, Stored> const& rows, OnTheWay& ends) {
                 kernels_.fluid(populations_.row(begin), {0, rows.nx(begin), next - begin, rows.stride(begin), &ends},
                                of_row(begin), {});
             });
-        } else if ((next = begin + rows_in_block(begin, end)) > begin) {
-            collide_in_line(begin, next, [&]<class Stored>(Rows<D, Stored> const&, OnTheWay& ends) {
-                collide_still_block<Stored>(begin, next - begin, ends);
-            });
         } else {
             std::ptrdiff_t const most = std::min(end, begin + rows_at_once(layout_));
-            while (next < most && has_solids(next) && rows_in_block(next, next + 1) == 0) ++next;
+            while (next < most && way_of(next) == Way::alone) ++next;
             collide_solid_rows(begin, next);
         }
         if (finds_solid_loads_) rim_loads_.find(populations_, begin, next);
@@ -296,9 +303,12 @@ void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
 }
 
 template <int D>
-bool Solver<D>::has_solids(std::ptrdiff_t r) const
+typename Solver<D>::Way Solver<D>::way_of(std::ptrdiff_t r) const
 {
-    return !coverage_.row(r).empty() || (phase_ && phase_->reaches(r));
+    if (phase_ && phase_->reaches(r)) return Way::alone;
+    auto const strips = coverage_.row(r);
+    if (strips.empty()) return Way::plain;
+    return still_.row(r).in_block && all_rest(strips) ? Way::in_block : Way::alone;
 }
 
 //! Whether solids cover something of a row, and all of these rest.
@@ -314,28 +324,6 @@ template <int D>
 std::ptrdiff_t Solver<D>::rows_in_line(std::ptrdiff_t r, std::ptrdiff_t end) const
 {
     return turning_ ? 1 : populations_.rows_in_line(r, end - r);  // turning: a force for each row
-}
-
-//! How many of these are without solids.
-template <int D>
-std::ptrdiff_t Solver<D>::rows_without_solids(std::ptrdiff_t r, std::ptrdiff_t end) const
-{
-    std::ptrdiff_t const most = rows_in_line(r, end);
-    if (coverage_.strips().empty() && !phase_) return most;
-    std::ptrdiff_t count = 0;
-    while (count < most && !has_solids(r + count)) ++count;
-    return count;
-}
-
-//! How many of these have solids that rest, are alike, and collide as a StillBlock.
-template <int D>
-std::ptrdiff_t Solver<D>::rows_in_block(std::ptrdiff_t r, std::ptrdiff_t end) const
-{
-    if (!still_.row(r).in_block || !has_still_solids(r)) return 0;
-    std::ptrdiff_t const most = rows_in_line(r, end);
-    std::ptrdiff_t count = 1;
-    while (count < most && still_.row(r + count) == still_.row(r) && has_still_solids(r + count)) ++count;
-    return count;
 }
 
 //! Rows that lie in line: collide(rows, what is to be done on the way).

@@ -151,11 +151,16 @@ class Solver
     void note_held();
     Boundary::Held held_in(std::ptrdiff_t r, std::ptrdiff_t x, std::size_t axis) const;
     void collide_run(std::ptrdiff_t begin, std::ptrdiff_t end);
-    bool has_solids(std::ptrdiff_t r) const;
+    //! How a row collides: with others in line without solids, or where solids rest; or on its own.
+    enum class Way
+    {
+        plain,
+        in_block,
+        alone
+    };
+    Way way_of(std::ptrdiff_t r) const;
     bool has_still_solids(std::ptrdiff_t r) const;
     std::ptrdiff_t rows_in_line(std::ptrdiff_t r, std::ptrdiff_t end) const;
-    std::ptrdiff_t rows_without_solids(std::ptrdiff_t r, std::ptrdiff_t end) const;
-    std::ptrdiff_t rows_in_block(std::ptrdiff_t r, std::ptrdiff_t end) const;
     template <class Collide>
     void collide_in_line(std::ptrdiff_t begin, std::ptrdiff_t end, Collide&& collide);
     void collide_solid_rows(std::ptrdiff_t begin, std::ptrdiff_t end);
@@ -167,6 +172,8 @@ class Solver
     {
         return config_.surface == Surface::forced && strip.body < static_cast<std::ptrdiff_t>(covering().size());
     }
+    template <class Stored>
+    void gather_still_row(std::ptrdiff_t r);
     template <class Stored>
     void list_still_rows();
     template <class Stored>

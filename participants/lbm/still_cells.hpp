@@ -1,6 +1,6 @@
 #pragma once
 
-#include <span>
+#include <cstdint>
 
 #include "participants/lbm/cell_row.hpp"
 
@@ -16,13 +16,22 @@ struct StillRun
     bool operator==(StillRun const&) const = default;
 };
 
-//! Rows that lie in line and are alike. Slots are counted from the first one's cell x = 0 on.
+//! The runs of a row.
+struct StillRow
+{
+    std::uint32_t at = 0, count = 0;  //!< where they are, and how many
+    std::int32_t touched = 0;         //!< cells of those with solids
+    bool in_block = false;            //!< collides in a StillBlock, if it has solids that rest and no others
+};
+
+//! Rows that lie in line. Slots are counted from the first one's cell x = 0 on.
 template <class Stored>
 struct StillBlock
 {
     std::ptrdiff_t cells = 0, count = 0, stride = 0;  //!< of a row; rows; slots from one to the next
-    //! Of one row, all touched; the last one may end in the next row. A register or more apart.
-    std::span<StillRun const> runs{};
+    StillRow const* rows = nullptr;
+    //! All touched; those of a row a register or more apart. The last one may go on as the first one of the next row.
+    StillRun const* runs = nullptr;
     Stored const* numbers = nullptr;
     std::array<Stored*, 3> force{};  //!< out: 2 B/eps j; a solid's force is eps times that. Room for whole registers
     OnTheWay* on_the_way = nullptr;

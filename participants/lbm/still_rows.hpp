@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <tuple>
@@ -13,21 +14,14 @@ namespace lbm {
 //! What the collision needs of rows in which all solids rest, found once.
 struct StillRows
 {
-    //! Rows with equal ones are alike.
-    struct Row
-    {
-        std::uint32_t at = 0, count = 0;  //!< in runs
-        std::int32_t touched = 0;         //!< cells of runs with solids
-        bool in_block = false;  //!< collides in a StillBlock; else run by run, those with solids as a SolidRow
-        bool operator==(Row const&) const = default;
-    };
     template <class Stored>
     struct Numbers
     {
         SharedRuns<Stored> of_runs{};  //!< with solids: StillNumbers; or fractions, weights, open shares and eases
         std::vector<Stored> rest{};    //!< momentum of solids in a row: none
     };
-    std::vector<Row> rows{};  //!< unless there are no solids at rest
+    //! Unless there are no solids at rest. What is not in_block collides run by run, those with solids as a SolidRow.
+    std::vector<StillRow> rows{};
     SharedRuns<StillRun> runs{};
     std::tuple<Numbers<double>, Numbers<float>> numbers{};  //!< those of the type that is stored
 
@@ -41,15 +35,19 @@ struct StillRows
     {
         return std::get<Numbers<Stored>>(numbers);
     }
-    Row row(std::ptrdiff_t r) const noexcept { return rows.empty() ? Row{} : rows[static_cast<std::size_t>(r)]; }
-    std::span<StillRun const> runs_of(Row const& row) const noexcept { return {runs.data(row.at), row.count}; }
-    void add_row(std::span<StillRun const> of_row, bool in_block)
+    StillRow row(std::ptrdiff_t r) const noexcept
     {
-        Row row{.in_block = in_block};
+        return rows.empty() ? StillRow{} : rows[static_cast<std::size_t>(r)];
+    }
+    std::span<StillRun const> runs_of(StillRow const& row) const noexcept { return {runs.data(row.at), row.count}; }
+    //! A row of so many cells; its last run may go on in the next one.
+    void add_row(std::ptrdiff_t cells, std::span<StillRun const> of_row, bool in_block)
+    {
+        StillRow row{.in_block = in_block};
         if (!of_row.empty()) row.at = static_cast<std::uint32_t>(runs.add(of_row));
         row.count = static_cast<std::uint32_t>(of_row.size());
         for (StillRun const& run : of_row)
-            if (run.touched) row.touched += static_cast<std::int32_t>(run.end - run.begin);
+            if (run.touched) row.touched += static_cast<std::int32_t>(std::min(run.end, cells) - run.begin);
         rows.push_back(row);
     }
     //! Lets a row's arrays be those of a run.
@@ -65,7 +63,7 @@ struct StillRows
     std::size_t bytes() const noexcept
     {
         return typed<double>().of_runs.bytes() + typed<float>().of_runs.bytes() + runs.bytes() +
-               sizeof(Row) * rows.size();
+               sizeof(StillRow) * rows.size();
     }
 };
 

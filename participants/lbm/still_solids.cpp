@@ -1,6 +1,7 @@
 // Solver: the collision of rows in which all solids rest.
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <vector>
 
 #include "participants/lbm/row_buffer.hpp"
@@ -20,11 +21,11 @@ std::vector<Stored> solid_numbers(StillRun const& run, RowBuffer<Stored> const& 
     return numbers;
 }
 
-//! Of each slot up to the next row's cell x = 0, whether it is a cell with solid.
+//! Of each cell whether it has solid.
 template <class Stored>
-std::vector<char> cells_with_solid(RowBuffer<Stored> const& row, std::ptrdiff_t nx, std::ptrdiff_t stride)
+std::vector<char> cells_with_solid(RowBuffer<Stored> const& row, std::ptrdiff_t nx)
 {
-    std::vector<char> has_solid(static_cast<std::size_t>(stride));
+    std::vector<char> has_solid(static_cast<std::size_t>(nx));
     for (auto const& run : row.runs)
         for (std::ptrdiff_t x = run.begin; run.touched && x < std::min(run.end, nx); ++x)
             has_solid[static_cast<std::size_t>(x)] = row.fraction[static_cast<std::size_t>(x)] > 0;
@@ -51,45 +52,74 @@ bool Solver<D>::all_rest(std::span<std::uint32_t const> strips) const
            coverage_.strips()[strips.front()].body >= static_cast<std::ptrdiff_t>(covering().size());  // they come last
 }
 
+//! Gathers a row's solids, all of which rest, in row_buffer().
+template <int D>
+template <class Stored>
+void Solver<D>::gather_still_row(std::ptrdiff_t r)
+{
+    auto& buffer = row_buffer<Stored>();
+    auto const strips = coverage_.row(r);
+    std::ptrdiff_t const nx = layout_.row(r).cells;
+    buffer.resize(layout_.most_in_row(), nx);
+    begin_row(buffer, nx, strips, coverage_.strips(), [](auto&) {});
+    write_covers(buffer, strips, coverage_.strips());
+    each_cover(buffer, strips, coverage_.strips(), [&](std::uint32_t, Strip<D> const& s, Stored const* cover) {
+        add_strip(s, cover, {}, s.drag, 0.0, buffer);
+    });
+    for (auto const& run : buffer.runs)
+        if (run.touched) find_weights<D>(run, relaxation_.tau, buffer);
+}
+
 //! What the collision needs of rows in which all solids rest.
 template <int D>
 template <class Stored>
 void Solver<D>::list_still_rows()
 {
     if (coverage_.patches().empty()) return;
-    auto& buffer = row_buffer<Stored>();
+    using OfRow = StillRowNumbers<Stored>;
     still_.typed<Stored>().rest.assign(static_cast<std::size_t>(layout_.most_in_row()), Stored{});
+    bool const les = config_.smagorinsky > 0;
+    auto const of_fluid = OfRow::of_fluid(relaxation_, les);
     auto& numbers = still_.typed<Stored>().of_runs;
-    std::vector<StillRun> runs;
-    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
-        auto const strips = coverage_.row(r);
-        std::ptrdiff_t const nx = layout_.row(r).cells;
-        if (strips.empty()) {
-            still_.add_row({}, false);
-            continue;
-        }
-        buffer.resize(layout_.most_in_row(), nx);
-        begin_row(buffer, nx, strips, coverage_.strips(), [](auto&) {});
-        write_covers(buffer, strips, coverage_.strips());
-        each_cover(buffer, strips, coverage_.strips(), [&](std::uint32_t, Strip<D> const& s, Stored const* cover) {
-            add_strip(s, cover, {}, s.drag, 0.0, buffer);
-        });
-        for (auto const& run : buffer.runs)
-            if (run.touched) find_weights<D>(run, relaxation_.tau, buffer);
-        bool const in_block = kernels_.still != nullptr && !is_eased<D>(buffer);
-        runs.clear();
-        if (in_block) {
-            StillRowNumbers const of_row(buffer.view(), cells_with_solid(buffer, nx, populations_.stride(r)),
-                                         relaxation_, config_.smagorinsky > 0);
-            runs = of_row.runs();
-            for (StillRun& run : runs) run.at = numbers.add(of_row.numbers(run));
-        } else {
+    auto& buffer = row_buffer<Stored>();
+    struct Known
+    {
+        bool in_block;
+        OfRow of_cells{};               //!< if in_block
+        std::vector<StillRun> alone{};  //!< else
+    };
+    auto const know = [&](std::ptrdiff_t r) {
+        Known row{kernels_.still != nullptr};
+        if (coverage_.row(r).empty()) return row;
+        gather_still_row<Stored>(r);
+        row.in_block = row.in_block && !is_eased<D>(buffer);
+        if (row.in_block)
+            row.of_cells = OfRow(buffer.view(), cells_with_solid(buffer, layout_.row(r).cells), relaxation_, les);
+        else
             for (auto const& [begin, end, touched] : buffer.runs) {
-                runs.push_back({begin, end, touched, 0});
-                if (touched) runs.back().at = numbers.add(solid_numbers(runs.back(), buffer));
+                StillRun run{begin, end, touched, 0};
+                if (touched) run.at = numbers.add(solid_numbers(run, buffer));
+                row.alone.push_back(run);
             }
+        return row;
+    };
+    std::deque<OfRow> line;  // the row, and those after it
+    std::deque<Known> ahead;
+    for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
+        Row const& row = layout_.row(r);
+        Box const& box = layout_.boxes()[static_cast<std::size_t>(row.box)];
+        std::ptrdiff_t const stride = populations_.stride(r), left = box.first[1] + box.size[1] - row.y,
+                             reach = std::min(left, 1 + rows_in_reach<Stored>(stride));
+        while (static_cast<std::ptrdiff_t>(ahead.size()) < reach) {
+            ahead.push_back(know(r + static_cast<std::ptrdiff_t>(ahead.size())));
+            line.push_back(std::move(ahead.back().of_cells));
         }
-        still_.add_row(runs, in_block);
+        Known const& here = ahead.front();
+        auto const add = [&](std::vector<Stored> const& of_run) { return numbers.add(of_run); };
+        still_.add_row(row.cells, here.in_block ? runs_in_line(line, stride, of_fluid, add) : here.alone,
+                       here.in_block);
+        ahead.pop_front();
+        line.pop_front();
     }
 }
 
@@ -115,7 +145,7 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots)
     prefetch_next<Stored>(r);
     SolidRow<Stored> solid = buffer.view();
     solid.momentum.fill(still_.typed<Stored>().rest.data());
-    StillRows::Row const row = still_.row(r);
+    StillRow const row = still_.row(r);
     covered_cells_[static_cast<std::size_t>(r)] = row.touched;
     for (StillRun const& run : still_.runs_of(row)) {
         if (!run.touched) {
@@ -128,7 +158,7 @@ void Solver<D>::collide_still_row(std::ptrdiff_t r, AnySlots<D> const& slots)
     if (finds_solid_loads_) find_still_loads(r, solid);
 }
 
-//! `count` rows that are alike, from r on.
+//! `count` rows in line, from r on.
 template <int D>
 template <class Stored>
 void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTheWay& ends)
@@ -136,21 +166,21 @@ void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTh
     constexpr auto lanes = StillNumbers<Stored>::lanes;
     auto& buffer = row_buffer<Stored>();
     std::ptrdiff_t const nx = layout_.row(r).cells, stride = populations_.stride(r), room = count * stride + lanes;
-    SolidRow<Stored> solid;
-    for (std::size_t k = 0; k < 3; ++k) {
+    SolidRow<Stored> solid{};
+    for (std::size_t k = 0; finds_solid_loads_ && k < 3; ++k) {
         auto& force = buffer.block_force[k];
         if (force.size() < static_cast<std::size_t>(room)) force.assign(static_cast<std::size_t>(room), Stored{});
         solid.force[k] = force.data();
     }
-    StillRows::Row const row = still_.row(r);
     kernels_.still(populations_.row(r),
-                   StillBlock<Stored>{nx, count, stride, still_.runs_of(row), still_.typed<Stored>().of_runs.data(0),
-                                      solid.force, &ends},
+                   StillBlock<Stored>{nx, count, stride, still_.rows.data() + r, still_.runs.data(0),
+                                      still_.typed<Stored>().of_runs.data(0), solid.force, &ends},
                    of_row(r));
     for (std::ptrdiff_t const last = r + count; r < last; ++r) {
-        covered_cells_[static_cast<std::size_t>(r)] = row.touched;
+        covered_cells_[static_cast<std::size_t>(r)] = still_.row(r).touched;
+        if (!finds_solid_loads_) continue;
         for (Stored* const force : solid.force) std::fill_n(force + nx, stride - nx, Stored{});  // of no cell
-        if (finds_solid_loads_) find_still_loads(r, solid);
+        find_still_loads(r, solid);
         for (Stored*& force : solid.force) force += stride;
     }
 }

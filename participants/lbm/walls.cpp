@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "participants/lbm/lanes.hpp"
+
 namespace lbm {
 namespace {
 
@@ -345,10 +347,18 @@ void enter_link(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link
             in[k] = static_cast<Stored>(
                 side.turned[Lattice<D>::directions * place_beside(layout.cells(), link.across, cell(k)) + link.into] -
                 out[k]);
+    } else if (link.push == 0) {
+        std::copy_n(out, link.cells, in);
     } else {
         double const push = link.push;
         for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + push);
     }
+}
+
+template <int D, class Stored>
+void ask_for_link(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link)
+{
+    prefetch(source(p, r, link), link.cells);
 }
 
 namespace {
@@ -417,6 +427,7 @@ template Entrances find_entrances<3>(Walls const&, Layout const&, Surroundings c
 #define LBM_WALLS(D, Stored)                                                                                \
     template Stored const* comes_from_end(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&);         \
     template void enter_link(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&, Walls const&);        \
+    template void ask_for_link(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&);                    \
     template void enter_from_outside(Rows<D, Stored> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&); \
     template void note_turned(Rows<D, Stored> const&, std::ptrdiff_t, Walls&, Incoming);
 LBM_WALLS(2, double)

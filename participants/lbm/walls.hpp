@@ -144,6 +144,10 @@ Stored const* comes_from_end(Rows<D, Stored> const& populations, std::ptrdiff_t 
 template <int D, class Stored>
 void enter_link(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link, Walls const& walls);
 
+//! Asks for what enter_link() will read.
+template <int D, class Stored>
+void ask_for_link(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link);
+
 //! How a state begins, or goes on, beside openings that absorb sound.
 enum class Incoming
 {

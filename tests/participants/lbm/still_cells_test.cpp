@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <vector>
 
@@ -42,9 +43,8 @@ struct Solids
     std::vector<Stored> fraction, weight, open, none;
     std::vector<char> has_solid;
 
-    //! `covers(x)`: by how much. One slot lies between rows.
-    template <class Covers>
-    Solids(std::ptrdiff_t cells, double tau, Covers&& covers)
+    //! `covers(x)`: by how much.
+    Solids(std::ptrdiff_t cells, double tau, double (*covers)(std::ptrdiff_t))
     {
         for (std::ptrdiff_t x = 0; x < cells; ++x) {
             auto const eps = static_cast<Stored>(covers(x));
@@ -53,7 +53,6 @@ struct Solids
             open.push_back(lbm::open_share(eps, Stored{}));
             has_solid.push_back(eps > 0);
         }
-        has_solid.push_back(0);
         none.assign(fraction.size(), Stored{});
     }
     lbm::SolidRow<Stored> row(std::vector<Stored>& rate, std::array<std::vector<Stored>, 3>& force)
@@ -64,32 +63,48 @@ struct Solids
     }
 };
 
-//! Five rows at once against the kernels of cells without and with solids, cell by cell.
-template <class Stored, class Covers>
-void check_block(lbm::Config const& c, std::ptrdiff_t cells, Covers&& covers)
+using Covers = double (*)(std::ptrdiff_t);
+
+//! Rows at once, each covered as its Covers say, against the kernels of cells without and with solids, cell by cell.
+//! One slot lies between rows.
+template <class Stored>
+void check_block(lbm::Config const& c, std::ptrdiff_t cells, std::vector<Covers> const& covers)
 {
-    constexpr std::ptrdiff_t rows = 5, room = 16;
+    constexpr std::ptrdiff_t room = 16;
     auto const kernels = lbm::kernels_of<3>(c);
     auto const relaxation = lbm::relaxation(c);
-    std::ptrdiff_t const count = c.rotation ? 1 : rows, stride = cells + 1, slots = rows * stride + room;
-    Solids<Stored> solids(cells, relaxation.tau, covers);
+    bool const les = c.smagorinsky > 0;
+    auto const count = static_cast<std::ptrdiff_t>(covers.size()), stride = cells + 1, slots = count * stride + room;
     std::vector<Stored> rate(static_cast<std::size_t>(cells));
     std::array<std::vector<Stored>, 3> told, force;
     for (std::size_t k = 0; k < 3; ++k) told[k].resize(rate.size()), force[k].resize(static_cast<std::size_t>(slots));
 
-    lbm::StillRowNumbers<Stored> const of_row(solids.row(rate, told), solids.has_solid, relaxation, c.smagorinsky > 0);
-    auto runs = of_row.runs();
-    std::vector<Stored> numbers;
-    for (lbm::StillRun& run : runs) {
-        run.at = numbers.size();
-        auto const more = of_row.numbers(run);
-        numbers.insert(numbers.end(), more.begin(), more.end());
+    std::vector<Solids<Stored>> solids;
+    std::deque<lbm::StillRowNumbers<Stored>> line;
+    for (Covers const of_row : covers) {
+        solids.emplace_back(cells, relaxation.tau, of_row);
+        line.emplace_back(solids.back().row(rate, told), solids.back().has_solid, relaxation, les);
     }
-    Lines<Stored> block(slots);
-    kernels.still(block.from(0),
-                  lbm::StillBlock<Stored>{
-                      cells, count, stride, runs, numbers.data(), {force[0].data(), force[1].data(), force[2].data()}},
-                  relaxation);
+    std::vector<lbm::StillRow> rows;
+    std::vector<lbm::StillRun> runs;
+    std::vector<Stored> numbers;
+    auto const add = [&](std::vector<Stored> const& more) {
+        numbers.insert(numbers.end(), more.begin(), more.end());
+        return numbers.size() - more.size();
+    };
+    for (; !line.empty(); line.pop_front()) {
+        auto const size = static_cast<std::ptrdiff_t>(line.size());
+        std::deque const reached(line.begin(), line.begin() + std::min(size, 1 + lbm::rows_in_reach<Stored>(stride)));
+        auto const of_row = lbm::runs_in_line(reached, stride, line[0].of_fluid(relaxation, les), add);
+        rows.push_back({static_cast<std::uint32_t>(runs.size()), static_cast<std::uint32_t>(of_row.size())});
+        runs.insert(runs.end(), of_row.begin(), of_row.end());
+    }
+    Lines<Stored> block(slots), silent(slots);
+    lbm::StillBlock<Stored> of_rows{cells, count, stride, rows.data(), runs.data(), numbers.data()};
+    kernels.still(silent.from(0), of_rows, relaxation);
+    of_rows.force = {force[0].data(), force[1].data(), force[2].data()};
+    kernels.still(block.from(0), of_rows, relaxation);
+    CHECK(silent.f == block.f);  // whether or not it tells forces
 
     Lines<Stored> fluid(slots), covered(slots), before(slots);
     auto const near = [](Stored a, Stored b) {  // some hundred operations on numbers of 0.01 to 0.1
@@ -97,11 +112,12 @@ void check_block(lbm::Config const& c, std::ptrdiff_t cells, Covers&& covers)
     };
     for (std::ptrdiff_t r = 0; r < count; ++r) {
         kernels.fluid(fluid.from(r * stride), {0, cells}, relaxation, {});
-        kernels.covered(covered.from(r * stride), {0, cells}, relaxation, solids.row(rate, told));
+        auto& of_row = solids[static_cast<std::size_t>(r)];
+        kernels.covered(covered.from(r * stride), {0, cells}, relaxation, of_row.row(rate, told));
         for (std::ptrdiff_t x = 0; x < cells; ++x) {
             CAPTURE(x);
             auto const at = static_cast<std::size_t>(r * stride + x), in_row = static_cast<std::size_t>(x);
-            bool const has_solid = solids.has_solid[in_row] != 0;
+            bool const has_solid = of_row.has_solid[in_row] != 0;
             for (std::size_t q = 0; q < directions; ++q) {
                 if (has_solid)
                     CHECK(near(block.f[q][at], covered.f[q][at]));
@@ -124,19 +140,20 @@ TEST_CASE_TEMPLATE("still cells: a block of rows has the fluid's bits without so
     using enum lbm::Operator;
     auto c = unit_config<3>({64, 64, 64}, 0.02);
     c.precision = sizeof(Stored) == sizeof(float) ? lbm::Precision::float32 : lbm::Precision::float64;
-    auto const at_ends = [](std::ptrdiff_t x) { return x == 0 ? 1.0 : x == 1 ? 0.3 : x >= 33 ? 0.7 : 0.0; };
-    auto const within = [](std::ptrdiff_t x) { return x == 9 || x == 12 ? 0.6 : x == 31 ? 1.2 : 0.0; };
-    auto const all_over = [](std::ptrdiff_t x) { return x % 2 == 0 ? 0.9 : 1.0; };
-    auto const nowhere = [](std::ptrdiff_t) { return 0.0; };
+    Covers const at_ends = [](std::ptrdiff_t x) { return x == 0 ? 1.0 : x == 1 ? 0.3 : x >= 33 ? 0.7 : 0.0; };
+    Covers const within = [](std::ptrdiff_t x) { return x == 9 || x == 12 ? 0.6 : x == 31 ? 1.2 : 0.0; };
+    Covers const all_over = [](std::ptrdiff_t x) { return x % 2 == 0 ? 0.9 : 1.0; };
+    Covers const nowhere = [](std::ptrdiff_t) { return 0.0; };
     auto const check = [&] {
         for (std::ptrdiff_t const cells : {35, 40, 48}) {
             CAPTURE(cells);
-            check_block<Stored>(c, cells, at_ends);
-            check_block<Stored>(c, cells, within);
-            check_block<Stored>(c, cells, all_over);
-            check_block<Stored>(c, cells, nowhere);
+            for (Covers const alike : {at_ends, within, all_over, nowhere})
+                check_block<Stored>(c, cells, std::vector(5, alike));
+            check_block<Stored>(c, cells, {nowhere, at_ends, all_over, nowhere, all_over, at_ends, within, nowhere});
+            check_block<Stored>(c, cells, {all_over, all_over, at_ends, at_ends});
         }
-        check_block<Stored>(c, 3, all_over);
+        for (std::ptrdiff_t const cells : {1, 3, 7})  // a register has cells of several rows
+            check_block<Stored>(c, cells, {nowhere, all_over, all_over, at_ends, nowhere, within, at_ends, all_over});
     };
     for (bool const force : {false, true}) {
         if (force) c.acceleration = {1e-3, -2e-3, 3e-3};
