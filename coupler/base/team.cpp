@@ -30,9 +30,9 @@ void Team::wait_change(std::atomic<T> const& value, T old) const
     value.wait(old, std::memory_order_acquire);
 }
 
-Team::Team(int threads)
+Team::Team(int threads) : parts_(static_cast<std::size_t>(std::max(threads, 1)))
 {
-    for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+    for (std::size_t i = 1; i < parts_.size(); ++i) workers_.emplace_back([this, i] { work(i); });
 }
 
 Team::~Team()
@@ -50,40 +50,53 @@ void Team::share(std::ptrdiff_t count, std::ptrdiff_t chunk, Body const& body)
         return;
     }
     unsigned const round = round_ + 1;
-    next_ = first_of(round, no_chunk);  // who comes late from the last loop finds nothing while these are written
+    for (Part& part : parts_)  // who comes late from the last loop finds nothing while these are written
+        part.next = first_of(round, no_chunk);
     count_ = count;
     chunk_ = chunk;
     body_ = &body;
-    left_ = static_cast<int>((count + chunk - 1) / chunk);
-    next_ = first_of(round, 0);
+    left_ = static_cast<int>(chunks());
+    for (std::size_t i = 0; i < parts_.size(); ++i)
+        parts_[i].next = first_of(round, static_cast<std::uint64_t>(begin_of(i)));
     round_ = round;
     round_.notify_all();
-    take_chunks();
+    take_chunks(0);
     for (int left = left_; left != 0; left = left_) wait_change(left_, left);
 }
 
-void Team::take_chunks()
+//! Its own part first.
+void Team::take_chunks(std::size_t self)
 {
+    for (std::size_t i = 0; i < parts_.size(); ++i)
+        while (take_chunk((self + i) % parts_.size())) {
+        }
+}
+
+//! Runs one chunk of a part, unless there is none left.
+bool Team::take_chunk(std::size_t part)
+{
+    std::atomic<std::uint64_t>& next = parts_[part].next;
     for (;;) {
-        std::uint64_t at = next_;
+        std::uint64_t at = next;
         std::uint64_t const index = at & no_chunk;
-        std::ptrdiff_t const count = count_, chunk = chunk_;
+        std::ptrdiff_t const count = count_, chunk = chunk_, end = begin_of(part + 1);
         // of the next loop, if these have changed since: then `at` has, too, and the exchange fails
-        std::ptrdiff_t const begin = static_cast<std::ptrdiff_t>(index) * chunk;
-        if (index == no_chunk || begin >= count) return;
-        if (!next_.compare_exchange_weak(at, at + 1)) continue;
-        (*body_)(begin, std::min(begin + chunk, count));
+        auto const taken = static_cast<std::ptrdiff_t>(index);
+        if (index == no_chunk || taken >= end) return false;
+        if (!next.compare_exchange_weak(at, at + 1)) continue;
+        (*body_)(taken * chunk, std::min((taken + 1) * chunk, count));
         if (--left_ == 0) left_.notify_all();
+        return true;
     }
 }
 
-void Team::work()
+void Team::work(std::size_t self)
 {
     for (unsigned seen = 0;;) {
         wait_change(round_, seen);
         seen = round_;
         if (stop_) return;
-        take_chunks();
+        take_chunks(self);
     }
 }
 

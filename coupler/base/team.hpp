@@ -23,8 +23,10 @@ class Team
     Team& operator=(Team const&) = delete;
 
     int size() const noexcept { return static_cast<int>(workers_.size()) + 1; }
-    //! Runs body on [0, count) in chunks, handed out as threads become free; returns when all are done, and does not
-    //! wait for a thread that has none of them, as one may that has no core yet. body must not throw.
+    //! Runs body on [0, count) in chunks: each thread goes through a part of its own, the same in loops of one size,
+    //! and then helps where chunks are left. What it works on stays in its cache, and what the machine fetches ahead is
+    //! its own. Returns when all are done, and does not wait for a thread that has none of them, as one may that has no
+    //! core yet. body must not throw.
     void share(std::ptrdiff_t count, std::ptrdiff_t chunk, Body const& body);
 
     //! While it lives, loops follow each other closely: a thread that waits for the next one does not go to sleep,
@@ -44,13 +46,26 @@ class Team
  private:
     template <class T>
     void wait_change(std::atomic<T> const& value, T old) const;
-    void work();
-    void take_chunks();
+    //! Where one thread's part goes on.
+    struct alignas(64) Part
+    {
+        std::atomic<std::uint64_t> next{0};  //!< round in the upper half, chunk that is taken next in the lower one
+    };
 
+    void work(std::size_t self);
+    void take_chunks(std::size_t self);
+    bool take_chunk(std::size_t part);
+    std::ptrdiff_t chunks() const noexcept { return (count_ + chunk_ - 1) / chunk_; }
+    //! The first chunk of a thread's part, and of what comes after the last one's.
+    std::ptrdiff_t begin_of(std::size_t part) const noexcept
+    {
+        return chunks() * static_cast<std::ptrdiff_t>(part) / static_cast<std::ptrdiff_t>(parts_.size());
+    }
+
+    std::vector<Part> parts_;  //!< of the calling thread, and of each worker
     std::vector<std::thread> workers_;
     std::atomic<unsigned> round_{0};  //!< changes when there is a loop to share
     std::atomic<bool> stop_{false}, awake_{false};
-    std::atomic<std::uint64_t> next_{0};  //!< round in the upper half, chunk that is taken next in the lower one
     std::atomic<std::ptrdiff_t> count_{0}, chunk_{1};
     std::atomic<int> left_{0};  //!< chunks that are not done
     Body const* body_ = nullptr;

@@ -24,10 +24,23 @@ constexpr std::int64_t watch_every = 64;  //!< steps
 //! By c_s/L, of the pressure at a side that absorbs sound (Rudy and Strikwerda, J. Comput. Phys. 36 (1980) 55).
 constexpr double recall_by_length = 0.28;
 
-//! Handed to a thread at a time: enough that threads work far from one another, few enough that all end together.
-std::ptrdiff_t rows_a_chunk(std::ptrdiff_t rows)
+//! Rows between two of these are handed to a thread at a time: about as many cells each, enough parts that all threads
+//! end together, few enough that lines of rows stay long. One thread gets all.
+std::vector<std::ptrdiff_t> cut_rows(Layout const& layout, int threads)
 {
-    return std::max<std::ptrdiff_t>(rows / 256, 4);
+    constexpr std::ptrdiff_t for_each = 32, least = 4;  // parts for a thread; rows
+    std::ptrdiff_t const wanted = std::max(layout.stored() / (for_each * threads), least * layout.most_in_row());
+    std::vector<std::ptrdiff_t> cuts{0};
+    std::ptrdiff_t cells = 0;
+    for (std::ptrdiff_t r = 0; r < layout.rows() && threads > 1; ++r) {
+        if (cells >= wanted) {
+            cuts.push_back(r);
+            cells = 0;
+        }
+        cells += layout.row(r).cells;
+    }
+    cuts.push_back(layout.rows());
+    return cuts;
 }
 
 //! 4 s (1 - s) at every half cell, 0 at both edges of the domain.
@@ -137,6 +150,7 @@ Solver<D>::Solver(Config const& config, std::vector<Patch<D>> patches, std::vect
       coverage_(domain_, walls_.periodic(), std::move(patches)),
       rim_loads_(domain_, walls_.entrances, coverage_.patches()),
       team_(config_.threads),
+      cuts_(cut_rows(layout_, team_.size())),
       populations_(layout_, config_.precision, team_),
       solid_exchange_(coverage_.patches().size()),
       solid_force_(D * coverage_.patches().size()),
@@ -254,7 +268,9 @@ template <int D>
 void Solver<D>::collide_rows()
 {
     auto const waits = [&](std::ptrdiff_t r) { return halo_ && halo_->enters(r); };
-    team_.share(layout_.rows(), rows_a_chunk(layout_.rows()), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+    team_.share(static_cast<std::ptrdiff_t>(cuts_.size()) - 1, 1, [&](std::ptrdiff_t chunk, std::ptrdiff_t last) {
+        std::ptrdiff_t begin = cuts_[static_cast<std::size_t>(chunk)];
+        std::ptrdiff_t const end = cuts_[static_cast<std::size_t>(last)];
         for (std::ptrdiff_t next = begin; begin < end; begin = next) {
             while (next < end && waits(next) == waits(begin)) ++next;
             if (!waits(begin)) collide_run(begin, next);
@@ -264,13 +280,14 @@ void Solver<D>::collide_rows()
     halo_->receive(populations_);
     auto const& rows = halo_->rows();
     auto const count = static_cast<std::ptrdiff_t>(rows.size());
-    team_.share(count, rows_a_chunk(count), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        auto const row = [&](std::ptrdiff_t k) { return rows[static_cast<std::size_t>(k)]; };
-        for (std::ptrdiff_t next = begin; begin < end; begin = next) {
-            while (next < end && row(next) - next == row(begin) - begin) ++next;
-            collide_run(row(begin), row(next - 1) + 1);
-        }
-    });
+    team_.share(count, std::max<std::ptrdiff_t>(count / (16 * team_.size()), 4),
+                [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+                    auto const row = [&](std::ptrdiff_t k) { return rows[static_cast<std::size_t>(k)]; };
+                    for (std::ptrdiff_t next = begin; begin < end; begin = next) {
+                        while (next < end && row(next) - next == row(begin) - begin) ++next;
+                        collide_run(row(begin), row(next - 1) + 1);
+                    }
+                });
 }
 
 template <int D>

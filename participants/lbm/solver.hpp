@@ -249,6 +249,7 @@ class Solver
     StillRows still_;
     std::optional<Links<D>> links_;  //!< bodies are surfaces, instead of covering cells
     sluice::Team team_;
+    std::vector<std::ptrdiff_t> cuts_;  //!< rows between two of them are one thread's work
     Populations<D> populations_;
     std::optional<Halo<D>> halo_;  //!< of a shared lattice
     std::vector<Body<D>> bodies_;
