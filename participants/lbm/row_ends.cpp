@@ -1,9 +1,14 @@
 #include "participants/lbm/row_ends.hpp"
 
+#include "participants/lbm/lanes.hpp"
+
 namespace lbm {
 namespace {
 
 constexpr std::ptrdiff_t line_bytes = 64;
+//! Cells that are asked for at a time.
+template <class Stored>
+constexpr std::ptrdiff_t at_once = 2 * line_bytes / std::ptrdiff_t{sizeof(Stored)};
 //! How far before a row's end a kernel is when what enters there, and the next row, is written: lines that it asks for
 //! ahead have come, and it does not read them before they are written.
 template <class Stored>
@@ -26,6 +31,8 @@ RowEnds<D, Stored>::RowEnds(Rows<D, Stored> const& rows, Walls const& walls, std
       stride_(rows.stride(begin)),
       cells_(rows.nx(begin)),
       enters_(enters),
+      row_end_(due),
+      asked_(cells_),
       from_low_{0, half},
       from_high_{cells_ - 1, 0}
 {
@@ -43,14 +50,19 @@ RowEnds<D, Stored>::RowEnds(Rows<D, Stored> const& rows, Walls const& walls, std
 template <int D, class Stored>
 void RowEnds<D, Stored>::pass(std::ptrdiff_t at)
 {
-    for (; here_ < count_ && due <= at; ++here_, due += stride_) {
-        if (!enters_) continue;
-        write(into_high_, here_);
-        if (here_ + 1 < count_) enter(here_ + 1);
+    if (row_end_ <= at) {
+        for (; here_ < count_ && row_end_ <= at; ++here_, row_end_ += stride_) {
+            if (!enters_) continue;
+            write(into_high_, here_);
+            if (here_ + 1 < count_) enter(here_ + 1);
+        }
+        note(from_high_, at);
+        note(from_low_, at);
     }
-    if (here_ == count_) due = std::numeric_limits<std::ptrdiff_t>::max();
-    note(from_high_, at);
-    note(from_low_, at);
+    due = here_ == count_ ? std::numeric_limits<std::ptrdiff_t>::max() : row_end_;
+    if (asked_ >= cells_) return;
+    ask(at_once<Stored>);
+    due = std::min(due, at + at_once<Stored>);
 }
 
 //! What enters a row from outside, but at its high end.
@@ -60,18 +72,36 @@ void RowEnds<D, Stored>::enter(std::ptrdiff_t row)
     std::ptrdiff_t const r = begin_ + row;
     if (links_ != &walls_.entrances.of_row(r)) list(row);
     write(into_low_, row);
-    for (Entrance const* const link : others_) enter_link(rows_, r, *link, walls_);
-    if (r + 1 < rows_.rows()) ask_for(r + 1);
+    ask(cells_);
+    auto known = coming_.begin();
+    for (Entrance const* const link : others_) {
+        bool const here = known != coming_.end() && known->link == link;
+        enter_link(rows_, r, *link, walls_, here ? (known++)->from : source(rows_, r, *link));
+    }
+    coming_.clear();
+    if (r + 1 < rows_.rows()) look_ahead(r + 1);
 }
 
-//! Asks for what enters the row after this one along all of it. It lies far from the rest.
+//! Where what enters the row after this one along all of it comes from.
 template <int D, class Stored>
-void RowEnds<D, Stored>::ask_for(std::ptrdiff_t r) const
+void RowEnds<D, Stored>::look_ahead(std::ptrdiff_t r)
 {
     auto const& links = walls_.entrances.of_row(r);
     if (&links == links_ && others_.empty()) return;
     for (Entrance const& link : links)
-        if (link.cells > 1) ask_for_link(rows_, r, link);
+        if (link.cells > 1) coming_.push_back({&link, source(rows_, r, link)});
+    if (!coming_.empty()) asked_ = 0;
+}
+
+//! Asks for what is coming to so many more cells: it lies far from the rest. At the kernel's pace, whose own lines
+//! would have to wait else.
+template <int D, class Stored>
+void RowEnds<D, Stored>::ask(std::ptrdiff_t cells)
+{
+    if (asked_ >= cells_) return;
+    for (auto const& [link, from] : coming_)
+        if (asked_ < link->cells) prefetch(from + asked_, std::min(cells, link->cells - asked_));
+    asked_ += cells;
 }
 
 //! Lists what enters this row at its ends, and those after it that are alike.
@@ -100,7 +130,8 @@ void RowEnds<D, Stored>::write(Arrivals const& arrivals, std::ptrdiff_t row) con
     std::ptrdiff_t const k = row - listed_;
     for (std::size_t i = 0; i < arrivals.count; ++i) {
         auto const& [into, from, push] = arrivals.all[i];
-        into[k * stride_] = static_cast<Stored>(from[k * along_x<D>] + push);
+        Stored const left = from[k * along_x<D>];
+        into[k * stride_] = push == 0 ? left : static_cast<Stored>(left + push);
     }
 }
 

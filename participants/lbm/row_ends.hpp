@@ -37,6 +37,12 @@ class RowEnds : public OnTheWay
         std::array<One, half> all;
         std::size_t count = 0;
     };
+    //! What enters a row along all of it.
+    struct Coming
+    {
+        Entrance const* link;
+        Stored const* from;
+    };
     //! What leaves rows at one end.
     struct Departures
     {
@@ -47,7 +53,8 @@ class RowEnds : public OnTheWay
 
     void pass(std::ptrdiff_t at);
     void enter(std::ptrdiff_t row);
-    void ask_for(std::ptrdiff_t r) const;
+    void look_ahead(std::ptrdiff_t r);
+    void ask(std::ptrdiff_t cells);
     void list(std::ptrdiff_t row);
     void write(Arrivals const& arrivals, std::ptrdiff_t row) const noexcept;
     void note(Departures& departures, std::ptrdiff_t at) const noexcept;
@@ -56,11 +63,14 @@ class RowEnds : public OnTheWay
     Walls const& walls_;
     std::ptrdiff_t begin_, count_, stride_, cells_;
     bool enters_;
-    std::ptrdiff_t here_ = 0;                       //!< the row that the kernel is in; rows count from the first one
+    std::ptrdiff_t row_end_;   //!< shortly before it, what enters there and the next row is written
+    std::ptrdiff_t here_ = 0;  //!< the row that the kernel is in; rows count from the first one
     std::vector<Entrance> const* links_ = nullptr;  //!< of the rows that are listed
     std::ptrdiff_t listed_ = 0;                     //!< the first one
     std::vector<Entrance const*> others_{};         //!< of these, what enters elsewhere
     Arrivals into_low_{}, into_high_{};
+    std::vector<Coming> coming_{};  //!< to the next row
+    std::ptrdiff_t asked_;          //!< cells of that row
     Departures from_low_, from_high_;
 };
 

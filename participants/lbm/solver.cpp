@@ -296,6 +296,7 @@ void Solver<D>::collide_run(std::ptrdiff_t begin, std::ptrdiff_t end)
     for (std::ptrdiff_t next = begin; begin < end; begin = next) {
         bool in_block = false;
         std::ptrdiff_t const last = begin + rows_in_line(begin, end);
+        if (coverage_.strips().empty() && !phase_) next = last;
         for (; next < last; ++next) {
             Way const way = way_of(next);
             if (way == Way::alone) break;
@@ -323,9 +324,13 @@ template <int D>
 typename Solver<D>::Way Solver<D>::way_of(std::ptrdiff_t r) const
 {
     if (phase_ && phase_->reaches(r)) return Way::alone;
-    auto const strips = coverage_.row(r);
-    if (strips.empty()) return Way::plain;
-    return still_.row(r).in_block && all_rest(strips) ? Way::in_block : Way::alone;
+    if (!covering().empty()) {
+        auto const strips = coverage_.row(r);
+        if (strips.empty()) return Way::plain;
+        if (!all_rest(strips)) return Way::alone;
+    }
+    StillRow const row = still_.row(r);
+    return row.count == 0 ? Way::plain : row.in_block ? Way::in_block : Way::alone;
 }
 
 //! Whether solids cover something of a row, and all of these rest.

@@ -5,8 +5,6 @@
 #include <numbers>
 #include <optional>
 
-#include "participants/lbm/lanes.hpp"
-
 namespace lbm {
 namespace {
 
@@ -305,7 +303,8 @@ bool left_at_end(Rows<D, Stored> const& p, Entrance const& link)
     return along != 0 && link.cells == 1 && link.x + link.place[0] == (along > 0 ? size[0] : -1);
 }
 
-//! Where the populations are that enter a row by a link.
+}  // namespace
+
 template <int D, class Stored>
 Stored const* source(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link)
 {
@@ -318,8 +317,6 @@ Stored const* source(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const&
                  p.layout().first_row(box) + (from_z - c[2]) * p.layout().boxes()[box].size[1] + from_y - c[1]);
 }
 
-}  // namespace
-
 template <int D, class Stored>
 Stored const* comes_from_end(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link)
 {
@@ -330,12 +327,11 @@ Stored const* comes_from_end(Rows<D, Stored> const& p, std::ptrdiff_t r, Entranc
 }
 
 template <int D, class Stored>
-void enter_link(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link, Walls const& walls)
+void enter_link(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link, Walls const& walls, Stored const* out)
 {
     Layout const& layout = p.layout();
     Row const& row = layout.row(r);
     Stored* const in = p.row(link.into, r) + link.x;
-    Stored const* const out = source(p, r, link);
     Boundary const& side = walls.side[link.across][Lattice<D>::c[link.into][link.across] > 0 ? 0 : 1];
     auto const cell = [&](std::ptrdiff_t k) { return Extent{row.first + link.x + k, row.y, row.z}; };
     if (link.kind == Border::inflow) {
@@ -353,12 +349,6 @@ void enter_link(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link
         double const push = link.push;
         for (std::ptrdiff_t k = 0; k < link.cells; ++k) in[k] = static_cast<Stored>(out[k] + push);
     }
-}
-
-template <int D, class Stored>
-void ask_for_link(Rows<D, Stored> const& p, std::ptrdiff_t r, Entrance const& link)
-{
-    prefetch(source(p, r, link), link.cells);
 }
 
 namespace {
@@ -398,7 +388,7 @@ void enter_from_outside(Rows<D, Stored> const& p, std::ptrdiff_t begin, std::ptr
                 enter_column(p, begin, next, link);
                 continue;
             }
-            for (std::ptrdiff_t r = begin; r < next; ++r) enter_link(p, r, link, walls);
+            for (std::ptrdiff_t r = begin; r < next; ++r) enter_link(p, r, link, walls, source(p, r, link));
         }
     }
 }
@@ -424,11 +414,11 @@ void note_turned(Rows<D, Stored> const& p, std::ptrdiff_t r, Walls& walls, Incom
 
 template Entrances find_entrances<2>(Walls const&, Layout const&, Surroundings const&);
 template Entrances find_entrances<3>(Walls const&, Layout const&, Surroundings const&);
-#define LBM_WALLS(D, Stored)                                                                                \
-    template Stored const* comes_from_end(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&);         \
-    template void enter_link(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&, Walls const&);        \
-    template void ask_for_link(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&);                    \
-    template void enter_from_outside(Rows<D, Stored> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&); \
+#define LBM_WALLS(D, Stored)                                                                                        \
+    template Stored const* comes_from_end(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&);                 \
+    template void enter_link(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&, Walls const&, Stored const*); \
+    template Stored const* source(Rows<D, Stored> const&, std::ptrdiff_t, Entrance const&);                         \
+    template void enter_from_outside(Rows<D, Stored> const&, std::ptrdiff_t, std::ptrdiff_t, Walls const&);         \
     template void note_turned(Rows<D, Stored> const&, std::ptrdiff_t, Walls&, Incoming);
 LBM_WALLS(2, double)
 LBM_WALLS(2, float)

@@ -140,13 +140,14 @@ void each_beside(Layout const& layout, std::ptrdiff_t r, std::size_t axis, bool 
 template <int D, class Stored>
 Stored const* comes_from_end(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link);
 
-//! enter_from_outside() of one link of one row.
+//! Where the populations are that enter a row by a link.
 template <int D, class Stored>
-void enter_link(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link, Walls const& walls);
+Stored const* source(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link);
 
-//! Asks for what enter_link() will read.
+//! enter_from_outside() of one link of one row, from its source().
 template <int D, class Stored>
-void ask_for_link(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link);
+void enter_link(Rows<D, Stored> const& populations, std::ptrdiff_t row, Entrance const& link, Walls const& walls,
+                Stored const* out);
 
 //! How a state begins, or goes on, beside openings that absorb sound.
 enum class Incoming

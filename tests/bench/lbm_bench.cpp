@@ -199,29 +199,34 @@ double rate_in_space(lbm::Extent const& cells, int threads, lbm::Precision preci
     });
 }
 
-//! Time and memory of a box of solid with a tenth of fluid in it, by those of the box full of fluid; in turn. Between
-//! rows of the table, and when these tell the loads on solids at each step.
+//! Time and memory of a box of solid with a tenth of fluid in it, by those of the box full of fluid; in turn, medians
+//! of the ratios. Between rows of the table, and when these tell the loads on solids at each step.
 template <int D>
 void show_tenth(char const* name, lbm::Config const& box, lbm::Config const& with_solids, double fluid, int steps)
 {
+    constexpr std::size_t blocks = 7;
     lbm::Solver<D> full(box), cut(with_solids);
-    double step[3] = {1e9, 1e9, 1e9};  // [s]
-    for (int block = 0; block < 4; ++block) {
-        auto const best_of = [&](auto& solver, int count, lbm::SolidLoads on_solids, double& best) {
-            auto const start = Clock::now();
-            for (int k = 0; k < count; ++k) solver.step(on_solids);
-            best = std::min(best, seconds_since(start) / count);
-        };
-        best_of(full, steps, lbm::SolidLoads::left_out, step[0]);
-        best_of(cut, 10 * steps, lbm::SolidLoads::left_out, step[1]);
-        best_of(cut, 10 * steps, lbm::SolidLoads::found, step[2]);
+    auto const seconds = [](auto& solver, int count, lbm::SolidLoads on_solids) {
+        auto const start = Clock::now();
+        for (int k = 0; k < count; ++k) solver.step(on_solids);
+        return seconds_since(start) / count;
+    };
+    std::vector<double> without, with;  // loads
+    for (std::size_t block = 0; block < blocks; ++block) {
+        double const whole = seconds(full, steps, lbm::SolidLoads::left_out);
+        without.push_back(seconds(cut, 10 * steps, lbm::SolidLoads::left_out) / whole);
+        with.push_back(seconds(cut, 10 * steps, lbm::SolidLoads::found) / whole);
     }
     auto const precision = std::string(", ") + name_of(box.precision);
     auto const show = [&](char const* what, double share) {
         note(name, what + precision, share, "", "the fluid's share", share / fluid);
     };
-    show("time, by full box", step[1] / step[0]);
-    show("time with loads, by full box", step[2] / step[0]);
+    auto const median = [](std::vector<double>& ratios) {
+        std::ranges::nth_element(ratios, ratios.begin() + blocks / 2);
+        return ratios[blocks / 2];
+    };
+    show("time, by full box", median(without));
+    show("time with loads, by full box", median(with));
     show("memory, by full box", static_cast<double>(cut.bytes()) / static_cast<double>(full.bytes()));
 }
 
