@@ -60,15 +60,44 @@ void spread(std::vector<char>& marked, Extent const& n, std::size_t axis, bool p
             }
 }
 
-//! For each cell whether it is covered wholly, and none beside it, across edges and corners too, is in part.
+//! A solid's cells that lie in the lattice.
 template <int D>
-std::vector<char> dead_cells(std::vector<Cover> const& cover, Extent const& n, std::array<bool, 3> const& periodic)
+Box cells_of(Patch<D> const& patch, Extent const& n)
 {
-    std::vector<char> dead(cover.size());
-    std::ranges::transform(cover, dead.begin(), [](Cover c) { return c == Cover::partly; });
-    for (std::size_t axis = 0; axis < D; ++axis) spread(dead, n, axis, periodic[axis]);
-    std::ranges::transform(cover, dead, dead.begin(),
-                           [](Cover c, char near_surface) { return c == Cover::wholly && near_surface == 0; });
+    Box cells;
+    for (std::size_t k = 0; k < 3; ++k) {
+        cells.first[k] = std::max<std::ptrdiff_t>(patch.first[k], 0);
+        cells.size[k] = std::max<std::ptrdiff_t>(std::min(n[k], patch.first[k] + patch.size[k]) - cells.first[k], 0);
+    }
+    return cells;
+}
+
+//! For each cell whether it is covered wholly, and no solid that covers any of it has a cell beside it, across edges
+//! and corners too, that is covered in part.
+template <int D>
+std::vector<char> dead_cells(std::vector<Cover> const& cover, Extent const& n, std::array<bool, 3> const& periodic,
+                             std::vector<Patch<D>> const& patches)
+{
+    std::vector<char> dead(cover.size()), near_surface;
+    std::ranges::transform(cover, dead.begin(), [](Cover c) { return c == Cover::wholly; });
+    for (Patch<D> const& patch : patches) {
+        Box const cells = cells_of(patch, n);
+        auto const each = [&](auto&& visit) {  // cell with some of this solid: number in the box, in the lattice
+            for (std::ptrdiff_t row = 0; row < cells.size[1] * cells.size[2]; ++row) {
+                std::ptrdiff_t const y = cells.first[1] + row % cells.size[1], z = cells.first[2] + row / cells.size[1];
+                double const* const fraction = patch.row(y, z) + (cells.first[0] - patch.first[0]);
+                for (std::ptrdiff_t x = 0; x < cells.size[0]; ++x)
+                    if (fraction[x] > traces)
+                        visit(static_cast<std::size_t>(row * cells.size[0] + x),
+                              static_cast<std::size_t>((z * n[1] + y) * n[0] + cells.first[0] + x));
+            }
+        };
+        near_surface.assign(static_cast<std::size_t>(cells.cells()), 0);
+        each([&](std::size_t here, std::size_t cell) { near_surface[here] = cover[cell] == Cover::partly; });
+        for (std::size_t axis = 0; axis < D; ++axis)
+            spread(near_surface, cells.size, axis, periodic[axis] && cells.size[axis] == n[axis]);
+        each([&](std::size_t here, std::size_t cell) { dead[cell] = dead[cell] && near_surface[here] == 0; });
+    }
     return dead;
 }
 
@@ -263,7 +292,7 @@ std::vector<Box> live_boxes(Extent const& n, std::array<bool, 3> const& periodic
     Box const all{{0, 0, 0}, n};
     if (patches.empty()) return {all};
     auto const cover = covers(n, patches);
-    auto const dead = dead_cells<D>(cover, n, periodic);
+    auto const dead = dead_cells(cover, n, periodic, patches);
     auto const left_out = static_cast<double>(std::ranges::count(dead, 1));
     if (left_out < (1 - worth) * static_cast<double>(dead.size())) return {all};
     Boxes cut = cut_up(runs_between(dead, n));

@@ -9,8 +9,8 @@
 namespace lbm {
 
 //! Boxes around the cells that a flow reaches, close to as few cells as possible. Left out are those that solids at
-//! rest cover wholly, but for those beside cells that they cover in part. If too little would be saved, there is one
-//! box: all.
+//! rest cover wholly, but for those where a solid covers cells beside them in part that it covers some of, too. If too
+//! little would be saved, there is one box: all.
 template <int D>
 std::vector<Box> live_boxes(Extent const& cells, std::array<bool, 3> const& periodic,
                             std::vector<Patch<D>> const& patches);

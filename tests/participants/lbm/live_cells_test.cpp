@@ -150,6 +150,44 @@ void check_against_walls(double offset)
     CHECK(populations_of(cut) == populations_of(walls));
 }
 
+//! A channel along x between slabs whose faces cut cells, over a floor and under a roof whose faces do not: nothing of
+//! these is stored, and they are as the domain's own walls.
+template <int D>
+void check_floor()
+{
+    constexpr std::size_t up = D - 1;
+    std::array<double, 3> const n = D == 2 ? std::array<double, 3>{24, 36, 0} : std::array<double, 3>{16, 20, 36};
+    lbm::Config large = box_of<D>(n);
+    large.acceleration = {1e-5, 2e-5, 0};
+    auto const add = [](lbm::Config& c, std::array<double, 3> low, std::array<double, 3> high, double from, double to) {
+        low[up] = from, high[up] = to;
+        c.solids.push_back(block(low, high));
+    };
+    lbm::Config small = large;
+    small.origin[up] = 9;
+    small.size[up] = 14;
+    std::array<double, 3> const slab = D == 2 ? std::array<double, 3>{5.3, 0, 0} : std::array<double, 3>{16, 5.3, 0};
+    std::array<double, 3> const other = D == 2 ? std::array<double, 3>{17.6, 0, 0} : std::array<double, 3>{0, 14.6, 0};
+    for (lbm::Config* const c : {&large, &small}) {
+        add(*c, {0, 0, 0}, slab, 9, 23);
+        add(*c, other, n, 9, 23);
+    }
+    add(large, {0, 0, 0}, n, 0, 9);
+    add(large, {0, 0, 0}, n, 23, 36);
+    lbm::Solver<D> cut(large), walls(small);
+    REQUIRE(cut.layout().boxes().size() == walls.layout().boxes().size());
+    for (std::size_t b = 0; b < cut.layout().boxes().size(); ++b)
+        CHECK(cut.layout().boxes()[b].size == walls.layout().boxes()[b].size);
+    for (int k = 0; k < 100; ++k) {
+        cut.step();
+        walls.step();
+    }
+    CHECK(populations_of(cut) == populations_of(walls));
+    double fastest = 0;
+    for (double const u : cut.fields().velocity) fastest = std::max(fastest, std::abs(u));
+    CHECK(fastest > 1e-5);
+}
+
 //! Between blocks a shaft up to a lid, or through from an inflow to a pressure; and the same between the domain's
 //! walls.
 template <int D>
@@ -402,6 +440,12 @@ TEST_CASE_TEMPLATE("live cells: loads on solids that are left out change nothing
     CHECK(std::ranges::equal(always.solid_loads().force, seldom.solid_loads().force));
     CHECK(std::ranges::equal(always.solid_loads().torque, seldom.solid_loads().torque));
     CHECK(by_place(always) == by_place(seldom));
+}
+
+TEST_CASE("live cells: behind a face between cells nothing is stored, though a surface beside it cuts cells")
+{
+    check_floor<2>();
+    check_floor<3>();
 }
 
 TEST_CASE("live cells: a run goes on bit for bit, whatever the number of threads")
