@@ -282,6 +282,21 @@ TEST_CASE("space: a trace of a curved solid does nothing to the fluid, in single
         }
 }
 
+//! Its row has a solid, but no cell with solid.
+TEST_CASE("space: a solid of less than the smallest float gets nothing, whatever bodies got before")
+{
+    lbm::Config c = unit_config<3>({10, 9, 8}, 0.05);
+    c.precision = lbm::Precision::float32;
+    lbm::Solver<3> solver(c, {{.first = {3, 3, 3}, .size = {1, 1, 1}, .fraction = {1e-50}, .drag = lbm::flat_drag}});
+    std::vector<double> const at{5, 4.5, 4}, velocity{0.01, 0, 0}, spin(3), radius{2.5};
+    solver.set_bodies({at, velocity, spin, radius});
+    solver.step();
+    REQUIRE(solver.loads().force[0] < 0);
+    solver.set_bodies({});
+    solver.step();
+    for (double const force : solver.solid_loads().force) CHECK(force == 0);
+}
+
 TEST_CASE("space: fluid that drifts keeps its momentum in single precision")
 {
     // weights that do not add up to 1 as floats would change it at every step: 3e-8 of it, the same way each time.
