@@ -163,9 +163,9 @@ template <int D>
 template <class Stored>
 void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTheWay& ends)
 {
-    constexpr auto lanes = StillNumbers<Stored>::lanes;
+    constexpr auto beyond = std::max(StillNumbers<Stored>::lanes, strip_lanes);  // is written, or read of strips
     auto& buffer = row_buffer<Stored>();
-    std::ptrdiff_t const nx = layout_.row(r).cells, stride = populations_.stride(r), room = count * stride + lanes;
+    std::ptrdiff_t const nx = layout_.row(r).cells, stride = populations_.stride(r), room = count * stride + beyond;
     SolidRow<Stored> solid{};
     for (std::size_t k = 0; finds_solid_loads_ && k < 3; ++k) {
         auto& force = buffer.block_force[k];
