@@ -204,24 +204,26 @@ class FirstLanes
     Mask among_{};
 };
 
+inline constexpr std::ptrdiff_t cache_line = 64;  //!< bytes
+
 //! Asks for a line ahead: many streams are more than the machine follows by itself. Those of the plane have room in the
 //! first cache, those of space in the second.
 template <int D, class Stored>
 [[gnu::always_inline]] inline void ask_ahead(Stored const* at) noexcept
 {
-    constexpr std::size_t line = 64, lines = D == 2 ? 12 : 24;
+    constexpr std::ptrdiff_t lines = D == 2 ? 12 : 24;
     constexpr int first_cache = 3, second_cache = 2;
-    __builtin_prefetch(at + lines * line / sizeof(Stored), 0, D == 2 ? first_cache : second_cache);
+    __builtin_prefetch(at + lines * cache_line / std::ptrdiff_t{sizeof(Stored)}, 0,
+                       D == 2 ? first_cache : second_cache);
 }
 //! Asks for numbers that will be read soon, from where the machine does not expect it.
 template <class T>
 inline void prefetch(T const* first, std::ptrdiff_t count) noexcept
 {
-    constexpr std::size_t line = 64;  // bytes
     auto const* const begin = reinterpret_cast<char const*>(first);
-    for (std::size_t at = 0; at < static_cast<std::size_t>(count) * sizeof(T); at += line)
-        __builtin_prefetch(begin + at);
-    __builtin_prefetch(begin + static_cast<std::size_t>(count) * sizeof(T) - 1);
+    std::ptrdiff_t const bytes = count * std::ptrdiff_t{sizeof(T)};
+    for (std::ptrdiff_t at = 0; at < bytes; at += cache_line) __builtin_prefetch(begin + at);
+    __builtin_prefetch(begin + bytes - 1);
 }
 template <class V, class Stored>
 [[gnu::always_inline]] inline void store(Stored* to, V const& v) noexcept

@@ -7,11 +7,11 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "participants/lbm/lanes.hpp"
 
 namespace lbm {
 namespace {
 
-constexpr std::size_t line_bytes = 64;        //!< of the cache
 constexpr std::size_t huge_page = 2UL << 20;  //!< [B]
 //! Steps between two moves back of the directions that leave along x: a half per cent of the traffic.
 constexpr std::ptrdiff_t slack = 128;
@@ -59,7 +59,7 @@ std::ptrdiff_t Populations<D>::add_box(Extent const& size, std::ptrdiff_t begin)
 
 template <int D>
 Populations<D>::Populations(Layout const& layout, Precision precision, sluice::Team& team)
-    : layout_(&layout), precision_(precision), line_(static_cast<std::ptrdiff_t>(line_bytes / bytes_of(precision)))
+    : layout_(&layout), precision_(precision), line_(cache_line / static_cast<std::ptrdiff_t>(bytes_of(precision)))
 {
     std::ptrdiff_t length = 0;
     for (Box const& box : layout.boxes()) length = add_box(box.size, length);

@@ -5,14 +5,13 @@
 namespace lbm {
 namespace {
 
-constexpr std::ptrdiff_t line_bytes = 64;
 //! Cells that are asked for at a time.
 template <class Stored>
-constexpr std::ptrdiff_t at_once = 2 * line_bytes / std::ptrdiff_t{sizeof(Stored)};
+constexpr std::ptrdiff_t at_once = 2 * cache_line / std::ptrdiff_t{sizeof(Stored)};
 //! How far before a row's end a kernel is when what enters there, and the next row, is written: lines that it asks for
 //! ahead have come, and it does not read them before they are written.
 template <class Stored>
-constexpr std::ptrdiff_t ahead = 4 * line_bytes / std::ptrdiff_t{sizeof(Stored)};
+constexpr std::ptrdiff_t ahead = 4 * cache_line / std::ptrdiff_t{sizeof(Stored)};
 //! How far beyond a cell it is when it has written it: it may read one register before it writes the last one.
 template <class Stored>
 constexpr std::ptrdiff_t behind = 2 * std::ptrdiff_t{register_bytes} / std::ptrdiff_t{sizeof(Stored)};
@@ -44,6 +43,7 @@ RowEnds<D, Stored>::RowEnds(Rows<D, Stored> const& rows, Walls const& walls, std
         departures.from[static_cast<std::size_t>(place_along_x<D>[q] - departures.place)] = slots[q] + departures.cell;
     }
     if (enters_) enter(0);
+    if (asked_ < cells_) due = 0;
 }
 
 //! When the kernel is about to read the cells from `at` on.

@@ -324,9 +324,13 @@ template <int D>
 typename Solver<D>::Way Solver<D>::way_of(std::ptrdiff_t r) const
 {
     if (phase_ && phase_->reaches(r)) return Way::alone;
-    auto const strips = coverage_.row(r);
-    if (strips.empty()) return Way::plain;
-    return all_rest(strips) && still_.row(r).in_block ? Way::in_block : Way::alone;
+    if (!covering().empty()) {
+        auto const strips = coverage_.row(r);
+        if (strips.empty()) return Way::plain;
+        if (!all_rest(strips)) return Way::alone;
+    }
+    StillRow const row = still_.row(r);
+    return row.count == 0 ? Way::plain : row.in_block ? Way::in_block : Way::alone;
 }
 
 //! Whether solids cover something of a row, and all of these rest.

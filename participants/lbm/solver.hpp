@@ -175,6 +175,8 @@ class Solver
     template <class Stored>
     void gather_still_row(std::ptrdiff_t r);
     template <class Stored>
+    StillRows::Known<Stored> know_still_row(std::ptrdiff_t r);
+    template <class Stored>
     void list_still_rows();
     template <class Stored>
     void prefetch_next(std::ptrdiff_t r) const;

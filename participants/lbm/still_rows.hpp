@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "participants/lbm/shared_runs.hpp"
-#include "participants/lbm/still_cells.hpp"
+#include "participants/lbm/still_numbers.hpp"
 
 namespace lbm {
 
@@ -19,6 +19,14 @@ struct StillRows
     {
         SharedRuns<Stored> of_runs{};  //!< with solids: StillNumbers; or fractions, weights, open shares and eases
         std::vector<Stored> rest{};    //!< momentum of solids in a row: none
+    };
+    //! What is found of a row by itself.
+    template <class Stored>
+    struct Known
+    {
+        bool in_block;
+        StillRowNumbers<Stored> of_cells{};  //!< if in_block
+        std::vector<StillRun> alone{};       //!< else
     };
     //! Unless there are no solids at rest. What is not in_block collides run by run, those with solids as a SolidRow.
     std::vector<StillRow> rows{};

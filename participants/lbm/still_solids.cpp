@@ -70,52 +70,50 @@ void Solver<D>::gather_still_row(std::ptrdiff_t r)
         if (run.touched) find_weights<D>(run, relaxation_.tau, buffer);
 }
 
-//! What the collision needs of rows in which all solids rest.
+//! What the collision needs of a row in which all solids rest.
+template <int D>
+template <class Stored>
+StillRows::Known<Stored> Solver<D>::know_still_row(std::ptrdiff_t r)
+{
+    StillRows::Known<Stored> row{.in_block = kernels_.still != nullptr};
+    if (coverage_.row(r).empty()) return row;
+    gather_still_row<Stored>(r);
+    auto& buffer = row_buffer<Stored>();
+    if (row.in_block && !is_eased<D>(buffer))
+        row.of_cells = {buffer.view(), cells_with_solid(buffer, layout_.row(r).cells), relaxation_,
+                        config_.smagorinsky > 0};
+    row.in_block = row.of_cells.cells() > 0 && !row.of_cells.runs().empty();  // none: too little for a float
+    if (row.in_block) return row;
+    for (auto const& [begin, end, touched] : buffer.runs) {
+        StillRun run{begin, end, touched, 0};
+        if (touched) run.at = still_.typed<Stored>().of_runs.add(solid_numbers(run, buffer));
+        row.alone.push_back(run);
+    }
+    return row;
+}
+
+//! The same of all rows.
 template <int D>
 template <class Stored>
 void Solver<D>::list_still_rows()
 {
     if (coverage_.patches().empty()) return;
-    using OfRow = StillRowNumbers<Stored>;
-    still_.typed<Stored>().rest.assign(static_cast<std::size_t>(layout_.most_in_row()), Stored{});
-    bool const les = config_.smagorinsky > 0;
-    auto const of_fluid = OfRow::of_fluid(relaxation_, les);
-    auto& numbers = still_.typed<Stored>().of_runs;
-    auto& buffer = row_buffer<Stored>();
-    struct Known
-    {
-        bool in_block;
-        OfRow of_cells{};               //!< if in_block
-        std::vector<StillRun> alone{};  //!< else
-    };
-    auto const know = [&](std::ptrdiff_t r) {
-        Known row{kernels_.still != nullptr};
-        if (coverage_.row(r).empty()) return row;
-        gather_still_row<Stored>(r);
-        row.in_block = row.in_block && !is_eased<D>(buffer);
-        if (row.in_block)
-            row.of_cells = OfRow(buffer.view(), cells_with_solid(buffer, layout_.row(r).cells), relaxation_, les);
-        else
-            for (auto const& [begin, end, touched] : buffer.runs) {
-                StillRun run{begin, end, touched, 0};
-                if (touched) run.at = numbers.add(solid_numbers(run, buffer));
-                row.alone.push_back(run);
-            }
-        return row;
-    };
-    std::deque<OfRow> line;  // the row, and those after it
-    std::deque<Known> ahead;
+    auto& numbers = still_.typed<Stored>();
+    numbers.rest.assign(static_cast<std::size_t>(layout_.most_in_row()), Stored{});
+    auto const of_fluid = StillRowNumbers<Stored>::of_fluid(relaxation_, config_.smagorinsky > 0);
+    auto const add = [&](std::vector<Stored> const& of_run) { return numbers.of_runs.add(of_run); };
+    std::deque<StillRows::Known<Stored>> ahead;  // the row, and those after it
+    std::deque<StillRowNumbers<Stored>> line;    // of the same
     for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
         Row const& row = layout_.row(r);
         Box const& box = layout_.boxes()[static_cast<std::size_t>(row.box)];
         std::ptrdiff_t const stride = populations_.stride(r), left = box.first[1] + box.size[1] - row.y,
                              reach = std::min(left, 1 + rows_in_reach<Stored>(stride));
         while (static_cast<std::ptrdiff_t>(ahead.size()) < reach) {
-            ahead.push_back(know(r + static_cast<std::ptrdiff_t>(ahead.size())));
+            ahead.push_back(know_still_row<Stored>(r + static_cast<std::ptrdiff_t>(ahead.size())));
             line.push_back(std::move(ahead.back().of_cells));
         }
-        Known const& here = ahead.front();
-        auto const add = [&](std::vector<Stored> const& of_run) { return numbers.add(of_run); };
+        auto const& here = ahead.front();
         still_.add_row(row.cells, here.in_block ? runs_in_line(line, stride, of_fluid, add) : here.alone,
                        here.in_block);
         ahead.pop_front();
@@ -176,10 +174,12 @@ void Solver<D>::collide_still_block(std::ptrdiff_t r, std::ptrdiff_t count, OnTh
                    StillBlock<Stored>{nx, count, stride, still_.rows.data() + r, still_.runs.data(0),
                                       still_.typed<Stored>().of_runs.data(0), solid.force, &ends},
                    of_row(r));
+    for (std::ptrdiff_t row = 0; finds_solid_loads_ && row < count; ++row)
+        for (Stored* const force : solid.force)
+            std::fill_n(force + row * stride + nx, stride - nx, Stored{});  // no cell
     for (std::ptrdiff_t const last = r + count; r < last; ++r) {
         covered_cells_[static_cast<std::size_t>(r)] = still_.row(r).touched;
         if (!finds_solid_loads_) continue;
-        for (Stored* const force : solid.force) std::fill_n(force + nx, stride - nx, Stored{});  // of no cell
         find_still_loads(r, solid);
         for (Stored*& force : solid.force) force += stride;
     }
