@@ -245,7 +245,9 @@ void Solver<D>::restore(sluice::State const& kept)
     solid_exchange_ = std::move(solids);
     resize_loads(id_.size());
     coverage_.update(covering(), team_);
-    note_held();
+    for (auto& pair : walls_.side)
+        for (Boundary& side : pair) std::ranges::fill(side.held, Boundary::Held{});
+    if (steps_ > 0) note_held();  // before the first step nothing has held fluid
     populations_.visit([&](auto const& rows) {
         take_populations(kept, rows);
         for (std::ptrdiff_t r = 0; r < rows.rows(); ++r) note_turned(rows, r, walls_, Incoming::kept);

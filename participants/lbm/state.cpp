@@ -263,16 +263,13 @@ void Solver<D>::watch()
 template <int D>
 void Solver<D>::report_blow_up()
 {
-    RowState<D> row;
     double const unit = config_.units().velocity_unit();
     for (std::ptrdiff_t r = 0; r < layout_.rows(); ++r) {
-        read_row(r, row);
         auto const bad =
             populations_.visit([&](auto const& rows) { return first_blown_up<D>(rows.row(r), rows.nx(r)); });
         if (!bad) continue;
-        auto const x = static_cast<std::size_t>(*bad);
-        double square = 0;
-        for (auto const& component : row.velocity) square += component[x] * component[x];
+        auto const [speed, density] =
+            populations_.visit([&](auto const& rows) { return speed_and_density<D>(rows.row(r), *bad); });
         Row const& at = layout_.row(r);
         std::string place = format("%td, %d", at.first + *bad, at.y);
         if constexpr (D == 3) place += format(", %d", at.z);
@@ -280,7 +277,7 @@ void Solver<D>::report_blow_up()
                            "must stay below %g m/s, density within 0.5 to 1.5). Take a shorter step (a smaller "
                            "lattice_velocity), a smaller cell, or les.",
                            time(), static_cast<long long>(steps_), place.c_str(), listed(centre_of(*bad, r)).c_str(),
-                           std::sqrt(square) * unit, 1 + row.excess[x], speed_limit * unit),
+                           speed * unit, density, speed_limit * unit),
                     Exit::numerical);
     }
 }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "coupler/base/error.hpp"
+#include "participants/lbm/blow_up.hpp"
 #include "tests/participants/lbm/unit_config.hpp"
 #include "tests/support/close_to.hpp"
 #include "tests/support/contains.hpp"
@@ -220,6 +221,24 @@ TEST_CASE("solver: a run that blows up stops with cell, place and time")
                        for (int k = 0; k < 64; ++k) broken.step();
                    }),
                    "6 fluid: t = "));
+}
+
+TEST_CASE("blow up: what is told of a cell is what its limits are of")
+{
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> number(0, 0.12);
+    std::array<double, lbm::Lattice<3>::directions> cell{};
+    lbm::Slots<3, double> slots;
+    for (std::size_t q = 0; q < cell.size(); ++q) slots[q] = &cell[q];
+    int good = 0, bad = 0;
+    for (int k = 0; k < 2000; ++k) {
+        for (double& f : cell) f = number(random);
+        auto const [speed, density] = lbm::speed_and_density<3>(slots, 0);
+        bool const within = std::abs(speed) <= lbm::speed_limit && std::abs(density - 1) <= lbm::excess_limit;
+        CHECK(lbm::has_blown_up<3>(slots, 1) == !within);
+        ++(within ? good : bad);
+    }
+    CHECK(std::min(good, bad) > 200);
 }
 
 TEST_CASE("solver: discs that are not finite, or arrays that differ, are refused")
