@@ -60,6 +60,22 @@ TEST_CASE("watchdog: a window of 10 times the usual and 30 s is found once, with
     CHECK(!two.stay(300));
 }
 
+TEST_CASE("watchdog: who looks too late for a warning of its own gets it all the same, and then the end")
+{
+    Two two(33);
+    two.compute(5, 1.0);
+    CHECK(!two.stay(1));
+    two.now += std::chrono::seconds(40);
+    auto const look = [&] { return two.dog.look(two.pages, two.now += milliseconds(100)); };
+    two.pages[0]->wait_ns += 40'000'000'000;
+    auto const first = look(), second = look();
+    REQUIRE(first);
+    REQUIRE(second);
+    CHECK(!first->fatal);
+    CHECK(first->text.find("\"right\" takes more than 10 times as long") == 0);
+    CHECK(second->fatal);
+}
+
 TEST_CASE("watchdog: long windows that are usual, and short ones, are no finding")
 {
     Two slow(0);
