@@ -48,8 +48,10 @@ std::vector<StillRun> runs_in_line(std::deque<StillRowNumbers<Stored>> const& li
 {
     constexpr auto lanes = StillNumbers<Stored>::lanes;
     auto runs = line[0].runs();
-    if (auto const next = line.size() > 1 ? line[1].runs() : runs; line.size() > 1 && !runs.empty() && !next.empty())
-        if (stride + next[0].begin - runs.back().end < lanes) runs.back().end = stride + next[0].end;
+    if (line.size() > 1 && !runs.empty()) {
+        auto const next = line[1].runs();
+        if (!next.empty() && stride + next[0].begin - runs.back().end < lanes) runs.back().end = stride + next[0].end;
+    }
     auto const of_slot = [&](std::ptrdiff_t x) {
         auto const k = static_cast<std::size_t>(std::max<std::ptrdiff_t>(x, 0) / stride);
         return x < 0 || k >= line.size() || x % stride >= line[k].cells() ? of_fluid : line[k][x % stride];
